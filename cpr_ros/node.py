@@ -22,6 +22,7 @@ from sensor_msgs.msg import JointState
 from cpr_core import CprError, load_robot
 from cpr_core.model.assessment import crossed_thresholds
 
+from .following.supervision import Action
 from .interface.interfaces import Interfaces, answer_impossible_transitions
 from .interface.outputs import Outputs
 from .maps.map_folder import MapFolder
@@ -80,6 +81,7 @@ class CprNode(LifecycleNode):
         self._tell = self._guarded(lambda: self._telling.look(self._ticking.due))
         self._late_clients = LateClients(self, time.monotonic)
         self._last_state = 0.0
+        self._asked = Action.NONE  # by the last tick
         self._ticking = Ticking(
             1.0 / self.parameters.tick_rate,
             self._tick,
@@ -262,6 +264,7 @@ class CprNode(LifecycleNode):
             self.interfaces.forget_messages()  # setpoints that came while it looked
         self._active = True
         now = time.monotonic()
+        self._asked = session.told(now).action
         self._ticking.start(now)
         self._streams.begin(now)
         outputs, rates = self.outputs, self.parameters
@@ -332,7 +335,6 @@ class CprNode(LifecycleNode):
 
     def _tick(self, now: float) -> None:
         session = self._required_session()
-        asked = session.outcome.verdict.action
         ahead = session.command_ahead(now)
         if ahead is not None:
             self._command(ahead, _GIVING_WAY_AFTER_PAUSE)
@@ -348,7 +350,8 @@ class CprNode(LifecycleNode):
         if outcome.moved:
             self._last_state = now
             self.outputs.step(session, now)
-        if outcome.verdict.action != asked and self.outputs.stability_wanted(now):
+        asked, self._asked = self._asked, session.told(now).action
+        if self._asked != asked and self.outputs.stability_wanted(now):
             self._publish_stability()  # out of turn: a supervisor does not wait
         if outcome.home_missed:
             self.get_logger().error(

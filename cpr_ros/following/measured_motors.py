@@ -16,6 +16,9 @@ from .watchdog import Watchdog
 
 __all__ = ["MeasuredMotors", "MotorMeasurement"]
 
+#: Commands wait no longer for motors that are measured no more [s].
+_SILENT = 1.0
+
 
 class MotorMeasurement(NamedTuple):
     """Measured motors.
@@ -66,6 +69,15 @@ class MeasuredMotors:
         """Those of the newest, (n,); None as there."""
         newest = self.newest(now)
         return None if newest is None else newest.motors
+
+    def silent(self, now: float) -> str:
+        """That none came for a while though none is ever too old, in words; empty otherwise."""
+        if self._motors is None or self.watchdog.timeout or self.watchdog.age(now) < _SILENT:
+            return ""
+        return (
+            f"none came for {_SILENT:g} s (measured_timeout 0); "
+            "of motors that are measured only once, max_lead has to be 0"
+        )
 
     def missing(self, now: float, *, with_age: bool = True) -> str:
         """Why there is no newest though somebody measures, or has measured; empty otherwise.

@@ -124,9 +124,7 @@ class MovedByOthers:
 
     def _words(self) -> str:
         """That the motors were measured farther from their last command than is tolerated."""
-        if not self._tolerance:
-            return ""
-        if not self._way > self._tolerance:
+        if not 0.0 < self._tolerance < self._way:  # of those, who waits for them hears all the same
             return self._waited_for * (
                 f"the motors do not follow: one was measured {self._way:.3g} (rad or rod lengths) from "
                 f"its command, as far as max_lead allows, and all at rest for {SETTLING:g} s while "

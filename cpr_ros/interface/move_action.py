@@ -152,7 +152,7 @@ class MoveAction(LongAction):
             return
         if now - self._told >= 1.0 / _FEEDBACK_RATE:
             self._told = now
-            self._feed_back(motion, outcome, remaining, measured)
+            self._feed_back(motion, session, remaining, measured)
 
     def stop(self, reason: str) -> None:
         """End the goal on its way, because the node cannot go on with it."""
@@ -189,13 +189,13 @@ class MoveAction(LongAction):
 
     @staticmethod
     def _feed_back(
-        motion: _Motion, outcome: Outcome, remaining: float, measured: LoopStatus
+        motion: _Motion, session: Session, remaining: float, measured: LoopStatus
     ) -> None:
-        told = outcome.verdict
+        told = session.told(time.monotonic())
         motion.handle.publish_feedback(
             MoveTo.Feedback(
                 remaining=remaining,
-                margin=outcome.assessment.margin,
+                margin=session.outcome.assessment.margin,
                 action=int(told.action),
                 speed_scale=told.speed_scale,
                 status_text=told.text,

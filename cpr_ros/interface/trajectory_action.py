@@ -49,15 +49,14 @@ class _FollowTrajectoryDialect:
     def feedback(self, session: Session, goal: Any, header: Any, points: Any) -> Any:
         """How a trajectory goes on; points are desired, actual and error."""
         desired, actual, error = points
-        told = session.outcome
         return FollowTrajectory.Feedback(
             header=header,
             time=seconds_of(desired.time_from_start),
             desired=desired,
             actual=actual,
             error=error,
-            margin=told.assessment.margin,
-            action=int(told.verdict.action),
+            margin=session.outcome.assessment.margin,
+            action=int(session.told(time.monotonic()).action),
         )
 
     def result(self, ending: Ending, node: Node, session: Session | None) -> Any:

@@ -29,7 +29,7 @@ from ..following.motor_tracking import MotorTracking
 from ..following.moved_by_others import MovedByOthers
 from ..following.outcome import Outcome
 from ..following.setpoint_following import SetpointFollower
-from ..following.supervision import BLIND, Refusal, State
+from ..following.supervision import BLIND, Refusal, State, Verdict, seen
 from ..following.trajectory_following import Ending, Motion, Trajectories
 from ..following.trajectory_order import TrajectoryOrder
 from ..following.watchdog import Watchdog
@@ -144,7 +144,9 @@ class Session:
             or self.loop.beyond(live.loop)
         )
         if forgotten:
-            self.follower.drop("parameters changed: the setpoint is forgotten")
+            reason = "parameters changed: the setpoint is forgotten"
+            self.trajectories.stop(ErrorCode.PREEMPTED, reason)
+            self.follower.drop(reason)
         self.follower.settings = live.settings
         self.solver.time_limit = live.time_limit
         self.wrench.watchdog.timeout = live.wrench_timeout
@@ -262,6 +264,10 @@ class Session:
             f"the commands wait for a motor: it was measured as far behind as max_lead "
             f"{self.commands.max_lead:g} s allows"
         )
+
+    def told(self, now: float) -> Verdict:
+        """What is told of the last tick; of a robot that is not seen, at least to be slow."""
+        return seen(self.outcome.verdict, self.senses.unseen(now))
 
     def take_note(self, now: float) -> None:
         """The second half of a tick: what follows from where the robot is now, at the time of `move`."""
@@ -381,9 +387,10 @@ class Session:
 
     def _end_what_is_not_seen(self, now: float) -> None:
         """Forget where the robot was to go, if commands wait for motors that are measured no more."""
-        if not self._waits or self.measured.newest(now) is not None:
+        missing = self.measured.missing(now, with_age=False) or self.measured.silent(now)
+        if not self._waits or not missing:
             return
-        self.left_behind = f"{self._lag()}, and {self.measured.missing(now, with_age=False)}"
+        self.left_behind = f"{self._lag()}, and {missing}"
         self.trajectories.stop(ErrorCode.CONTROL_FAILED, self.left_behind)
         self.drop(self.left_behind)
 

@@ -697,6 +697,56 @@ def test_what_waits_for_motors_that_are_measured_no_more_ends(bench):
     assert len(bench.commands) == sent + 1  # who sends another one knows that
 
 
+def test_a_jammed_motor_ends_what_waits_for_it_without_a_tolerance_too(bench):
+    """No tolerance is for motors that are held off; a goal without end is for nobody."""
+    session, home = jammed(bench)
+    session.apply(replace(LIVE, moved_tolerance=0.0), bench.now)
+    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    sent, begin = len(bench.commands), False
+    for _ in range(200):
+        begin = session.take_measured(home, bench.now) or begin
+        bench.tick()
+    assert session.follower.goal is None and not begin
+    assert "the motors do not follow: one was measured" in session.left_behind
+    assert len(bench.commands) == sent and not session.others.in_question
+
+
+def test_motors_that_are_measured_once_hold_no_goal_up_for_ever(bench):
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    session.take_measured(home, bench.now)
+    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    for _ in range(400):
+        bench.tick()
+    assert session.follower.goal is None
+    assert "measured only once, max_lead has to be 0" in session.follower.dropped
+    session.apply(replace(LIVE, max_lead=0.0), bench.now)
+    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    for _ in range(400):
+        bench.tick()
+    np.testing.assert_array_equal(bench.commands[-1], home + [0.0, 0.5])
+
+
+def test_what_is_told_of_a_robot_that_waits_is_that_it_is_not_seen(bench):
+    session, _ = jammed(bench)
+    told = session.told(bench.now)
+    assert session.outcome.verdict.action == Action.NONE
+    assert (told.action, told.speed_scale) == (Action.SLOW, BLIND)
+    assert "the commands wait for a motor" in told.text
+
+
+def test_a_trajectory_that_parameters_end_is_told_so(bench):
+    session, endings = bench.session, waiting(bench, 0.0, [0.0, 0.4])
+    home = session.solver.current.equilibrium.motors
+    while not session.follower.waits:
+        session.take_measured(home, bench.now)
+        bench.tick()
+    session.apply(replace(LIVE, max_lead=0.3), bench.now)
+    bench.tick()
+    [ending] = endings
+    assert ending.val == ErrorCode.PREEMPTED and ending.message.startswith("parameters changed")
+
+
 def test_a_trajectory_that_waits_for_motors_that_are_measured_no_more_fails(bench):
     session, endings = bench.session, waiting(bench, 0.0, [0.0, 0.4])
     home = session.solver.current.equilibrium.motors

@@ -335,3 +335,30 @@ def test_every_goal_of_a_burst_gets_a_result(drive):
     # All but the last were replaced, if they were not reached before.
     assert set(outcomes) <= {ErrorCode.SUCCESS, ErrorCode.PREEMPTED}
     client.destroy()
+
+
+def test_feedback_says_what_the_stream_does_of_motors_that_do_not_follow(tmp_path):
+    """It said "stable" while the stream said why the robot stands; and without tolerance for ever."""
+    with running_node(tmp_path, "robot:=rfrfr", "moved_tolerance:=0.0") as running:
+        drive = Driver(running.client)
+        moves = MoveClient(running.client)
+        topic = "/measured_joint_states"
+        measured = running.client.node.create_publisher(JointState, topic, 10)
+        jammed = JointState(name=["motor1", "motor2"], position=HOME)
+        timer = running.client.node.create_timer(0.01, lambda: measured.publish(jammed))
+        drive.client.spin_until(measured.get_subscription_count)
+        drive.spin(0.2)
+        status, result = moves.move(**motors(HOME[0] + 0.5, HOME[1]))
+        assert (status, result.error_code.val) == (ABORTED, ErrorCode.CONTROL_FAILED)
+        assert "the motors do not follow" in result.error_code.message
+        told = [
+            feedback for feedback in moves.feedback if "wait for a motor" in feedback.status_text
+        ]
+        assert told
+        for feedback in told:
+            assert feedback.action == StabilityMetrics.ACTION_SLOW
+            assert feedback.speed_scale == 0.5
+        running.client.node.destroy_timer(timer)
+        running.client.node.destroy_publisher(measured)
+        moves.close()
+        drive.close()

@@ -12,7 +12,7 @@ import pytest
 import yaml
 from cpr_msgs.msg import StabilityMetrics
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from helpers.driver import Driver
 from helpers.node_process import running_node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -75,6 +75,24 @@ def test_a_supervisor_hears_of_another_action_out_of_turn(tmp_path):
         drive.close()
     slow, halt = StabilityMetrics.ACTION_SLOW, StabilityMetrics.ACTION_HALT
     assert [action for action, _ in itertools.groupby(told) if action] == [slow, halt]
+
+
+def test_a_supervisor_hears_out_of_turn_that_a_wrench_is_missed(tmp_path):
+    """That the robot is to be slow was told with the next message, 10 s later."""
+    with running_node(tmp_path, "robot:=rfrfr", "stability_rate:=0.1") as node:
+        drive = Driver(node.client)
+        pushed = WrenchStamped()
+        pushed.wrench.force.y = -0.05
+        drive.spin(0.5)
+        before = drive.metrics
+        drive.wrench.publish(pushed)
+        drive.until(lambda: drive.metrics.action == StabilityMetrics.ACTION_SLOW)
+        after = drive.metrics
+        drive.close()
+    assert before.action == StabilityMetrics.ACTION_NONE
+    assert "the external wrench is older than wrench_timeout 0.5 s" in after.status_text
+    waited = after.header.stamp.sec - before.header.stamp.sec
+    assert waited < 9, "the next message came in turn"
 
 
 def test_the_action_does_not_chatter_while_the_robot_trembles_about_a_threshold(drive):
