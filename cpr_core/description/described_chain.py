@@ -84,7 +84,8 @@ def _chain_rod(part: Part, leg_rod: Rod, rod: Part, strain: Part) -> ChainRod:
     if motor is not None and not described.uniform:
         raise part.fail(
             "motor",
-            "a rod that is fed has to be uniform: no profile, no rest_curvature, no second radius",
+            "a rod that is fed has to be uniform: no profile, no second radius, and a rest_curvature "
+            "that is the same all along",
         )
     for given in ("limits", "offset", "ratio", "lead"):
         if motor is None and given in part:

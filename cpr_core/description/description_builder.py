@@ -213,7 +213,9 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
     modes = described_modes((part if "strain" in part else whole).part("strain"))
     if motor.extensible and not rod.uniform:
         raise motor_part.fail(
-            "type", "an extensible leg needs a uniform rod (profile, rest_curvature)"
+            "type",
+            "an extensible leg needs a uniform rod: no profile, no second radius, and a rest_curvature "
+            "that is the same all along",
         )
     joint = JOINTS[tip.get("type")].from_description(tip)
     motor.check_tip(motor_part, len(joint.orientation(part.planar)) > 0)

@@ -31,7 +31,8 @@ def rough_joints(home: Part, legs: tuple[LegDescription, ...]) -> dict[str, floa
         own = _own(joints, name)
         if not own:
             passive = [known for known, joint in joints.items() if joint.motor is None]
-            raise part.fail(name, f"expected one of {', '.join(passive) or 'none'}, got {name!r}")
+            expected = f"one of {', '.join(passive)}" if passive else "nothing: no joint is passive"
+            raise part.fail(name, f"expected {expected}, got {name!r}")
         values = value if isinstance(value, list) else [value]
         if len(values) != len(own) or isinstance(value, list) != (own[0].name != name):
             several = (

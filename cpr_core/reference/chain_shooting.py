@@ -57,6 +57,10 @@ def solve_chains(
     iterations = 0
     while balance.largest >= method.tolerance and iterations < _ITERATIONS:
         before = balance.largest
+        if not np.isfinite(
+            balance.jacobian
+        ).all():  # rods as long that errors grow beyond all numbers
+            break
         point, balance = _improved(model, point, balance, unknown)
         iterations += 1
         if not balance.largest < before:
