@@ -89,9 +89,10 @@ def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> tuple[Pose
         guess: What is known.
         state: State with the motors (N,); multipliers are not read.
     """
-    if guess.platform_position is not None:
-        return (Pose(guess.platform_rotation, guess.platform_position),)
     poses = tip_poses(robot, state)
+    if (place := guess.platform_position) is not None:
+        rotations = [guess.platform_rotation, *_rotations_of_tips(robot, poses)]
+        return tuple(Pose(rotation, place) for rotation in rotations)
     rotations, tips = [guess.platform_rotation], np.array([pose.position for pose in poses])
     if not robot.description.point_platform:
         rotations.append(_rotation_to_tips(robot, tips))
