@@ -60,7 +60,7 @@ class MovedByOthers:
 
     @property
     def tolerance(self) -> float:
-        """Motors farther from their command were moved by others [rad, rod lengths]; 0: never."""
+        """Motors farther from their command were moved by others; 0: never [rad, rod lengths]."""
         return self._tolerance
 
     @tolerance.setter
@@ -124,7 +124,7 @@ class MovedByOthers:
 
     def _words(self) -> str:
         """That the motors were measured farther from their last command than is tolerated."""
-        if not 0.0 < self._tolerance < self._way:  # of those, who waits for them hears all the same
+        if not 0.0 < self._tolerance < self._way:  # then only commands that wait for them say so
             return self._waited_for * (
                 f"the motors do not follow: one was measured {self._way:.3g} (rad or rod lengths) from "
                 f"its command, as far as max_lead allows, and all at rest for {SETTLING:g} s while "
