@@ -301,9 +301,10 @@ class ChainRod(ChainElement):
     @property
     def uncoils(self) -> tuple[bool, bool, bool]:
         """Directions in which it is curved at rest and fed, and so has to have modes."""
-        torsion, bending_2, bending_3 = map(np.any, self.rod.rest_curvature)
-        fed = self.motor is not None
-        return bool(fed and torsion), bool(fed and bending_2), bool(fed and bending_3)
+        if self.motor is None:
+            return False, False, False
+        torsion, bending_2, bending_3 = (bool(np.any(rest)) for rest in self.rod.rest_curvature)
+        return torsion, bending_2, bending_3
 
     def length_at(self, motor: _Number) -> _Number:
         """Its length at a position of the motor that feeds it, or at many of them [m]."""

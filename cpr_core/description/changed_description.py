@@ -92,9 +92,7 @@ def with_parameters(description: RobotDescription, values: Mapping[str, float]) 
     check_numbers(description.source, content, changes)
     text = "" if written.read_text == "" else None
     changed = described_robot(description.source, content, text).with_modes_of(description)
-    if math.isinf(
-        changed.tolerance
-    ):  # modes that one chooses are compared with more of them instead
+    if math.isinf(changed.tolerance):  # modes that one chooses are compared with more instead
         check_jumps(changed)
     return changed
 

@@ -58,10 +58,11 @@ def lacking_modes(element: ChainRod) -> str:
     """What a fed rod that is curved at rest lacks, in words; empty if nothing."""
     pairs = zip(DIRECTIONS, element.uncoils, element.modes.counts, strict=True)
     missing = ", ".join(name for name, uncoils, count in pairs if uncoils and not count)
-    told = (
+    if not missing:
+        return ""
+    return (
         f"the rod fed by {element.motor} is curved at rest: expected strain modes of {missing} too"
     )
-    return told if missing else ""
 
 
 def check_fed(part: Part, legs: Sequence[LegDescription]) -> None:

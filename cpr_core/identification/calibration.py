@@ -38,7 +38,7 @@ from .parameter_problem import TRIED, ParameterProblem, natural_changes, solutio
 from .robust_loss import Loss, checked_loss, variance_factor
 from .tracker_alignment import aligned_tracker
 from .tracker_rates import of_tracker
-from .undetermined import hidden_parameters, parameter_sizes, unseen_in_words
+from .undetermined import hidden_parameters, unseen_in_words
 
 __all__ = ["calibrate"]
 
@@ -172,8 +172,7 @@ def _result(
     covariance *= variance_factor(loss, residual, known.shape[1])
     covariance *= np.outer(problem.scales, problem.scales)
     known_to = np.sqrt(np.diag(covariance)) / problem.scales
-    sizes = parameter_sizes(problem.values, problem.scales)
-    hidden = hidden_parameters(unseen, sizes, known_to)
+    hidden = hidden_parameters(unseen, problem.sizes, known_to)
     for column in np.flatnonzero(hidden):
         covariance[column] = covariance[:, column] = 0.0
         covariance[column, column] = np.inf

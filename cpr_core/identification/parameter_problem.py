@@ -107,6 +107,11 @@ class ParameterProblem:
         self.settled, self.refused = True, ""
         self._rates: tuple[Floats, Floats] | None = None
 
+    @property
+    def sizes(self) -> Floats:
+        """How far the parameters may be from what is described, in natural units, (P,)."""
+        return parameter_sizes(self.values, self.scales)
+
     def values_at(self, change: Floats) -> Floats:
         """Values of the parameters, (P,)."""
         found = self.values + self.scales * change
@@ -195,7 +200,7 @@ class ParameterProblem:
 
     def unseen(self, change: Floats) -> Floats:
         """Directions in which nothing that is compared changes there, orthonormal rows (K, P)."""
-        return unseen_directions(self.rates(change), parameter_sizes(self.values, self.scales))
+        return unseen_directions(self.rates(change), self.sizes)
 
 
 def solution(problem: ParameterProblem, limits: Floats, loss: Loss) -> Floats:

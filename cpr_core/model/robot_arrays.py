@@ -110,9 +110,7 @@ def _found_values(rod: Rod, modes: StrainModes, grid: RodGrid) -> _RodValues:
     stiffness, rest = rod.stiffness(modes, grid), rod.rest_strain(modes)
     rest_moment, steps = stiffness @ rest, None
     if not modes.hold(rod.rest_curvature):
-        beyond = rod.rest_beyond_at(modes, grid.step_points.ravel())
-        moments = MAGNUS_WEIGHTS @ beyond.reshape(*grid.step_points.shape, 3)
-        steps = np.swapaxes(moments, 1, 2)
+        steps = np.swapaxes(rod.rest_beyond_steps(modes, grid), 1, 2)
     return _RodValues(
         functions, step_functions, stiffness, rest_moment, float(rest @ rest_moment), steps
     )

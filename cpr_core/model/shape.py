@@ -327,7 +327,6 @@ class _AtRest(NamedTuple):
 @lru_cache(maxsize=64)
 def _at_rest_beyond(element: ChainRod, points: int) -> _AtRest:
     """It is the same in every configuration."""
-    grid, rod = _grid(points), element.rod
-    steps = rod.rest_beyond_at(element.modes, grid.step_points.ravel())
-    moments = MAGNUS_WEIGHTS @ steps.reshape(*grid.step_points.shape, 3)
-    return _AtRest(moments, rod.rest_beyond_at(element.modes, _places(points)))
+    rod, modes = element.rod, element.modes
+    steps = rod.rest_beyond_steps(modes, _grid(points))
+    return _AtRest(steps, rod.rest_beyond_at(modes, _places(points)))

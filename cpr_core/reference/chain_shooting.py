@@ -57,9 +57,7 @@ def solve_chains(
     iterations = 0
     while balance.largest >= method.tolerance and iterations < _ITERATIONS:
         before = balance.largest
-        if not np.isfinite(
-            balance.jacobian
-        ).all():  # rods as long that errors grow beyond all numbers
+        if not np.isfinite(balance.jacobian).all():  # errors have grown beyond all numbers
             break
         point, balance = _improved(model, point, balance, unknown)
         iterations += 1

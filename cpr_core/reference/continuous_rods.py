@@ -289,7 +289,7 @@ def _base_wrench(
     length, count = leg.rod.length, 200
     strain = equilibrium.state[robot.numbers.legs[number].strain]
     sigma = (np.arange(count) + 0.5) / count
-    curvature = (leg.modes.values(sigma) * strain) @ np.eye(3)[leg.modes.directions]
+    curvature = leg.modes.strain_at(sigma, strain)
     frame, base, _ = leg.base_at(equilibrium.motors[number])
     tangents = np.empty((count, 3))
     for k, turn in enumerate(Rotation.from_rotvec(curvature * length / count).as_matrix()):

@@ -106,8 +106,7 @@ def _rough_rod(
     rod: RodModel, strain: Floats, length: float, place: Floats, frame: Floats, forces: int
 ) -> _RoughRod:
     modes, sigma = rod.element.modes, np.arange(2 * _CELLS + 1) / (2 * _CELLS)
-    nominal = (modes.values(sigma) * strain) @ np.eye(3)[modes.directions]
-    nominal += rod.element.rod.rest_beyond_at(modes, sigma)
+    nominal = modes.strain_at(sigma, strain) + rod.element.rod.rest_beyond_at(modes, sigma)
     turns = Rotation.from_rotvec(0.5 * nominal[1::2] * rod.length / _CELLS).as_matrix()
     positions, frames = np.empty((_CELLS + 1, 3)), np.empty((_CELLS + 1, 3, 3))
     positions[0], frames[0] = place, frame

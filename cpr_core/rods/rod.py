@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from .quadrature import RodGrid, distinct_stations, rod_grid
+from .quadrature import MAGNUS_WEIGHTS, RodGrid, distinct_stations, rod_grid
 from .sections import Section
 from .strain_basis import DescribedBasis, Legendre, StrainBasis
 
@@ -101,6 +101,10 @@ class StrainModes:
         """Value of every coordinate's shape function, shape (len(sigma), total)."""
         most = self.basis.values(sigma, max(self.counts))
         return most.take(self._columns, axis=1)
+
+    def strain_at(self, sigma: Floats, coordinates: Floats) -> Floats:
+        """Strain Phi q of coordinates, (len(sigma), 3) [1/m]."""
+        return np.asarray((self.values(sigma) * coordinates) @ np.eye(3)[self.directions])
 
     def gram(self, grid: RodGrid, weight: Floats | float = 1.0) -> Floats:
         """``int_0^1 weight Phi^T Phi dsigma``; weight by node and component (K, 3), or a number."""
@@ -248,5 +252,9 @@ class Rod:
         """
         if modes.hold(self.rest_curvature):
             return np.zeros((len(sigma), 3))
-        taken = (modes.values(sigma) * self.rest_strain(modes)) @ np.eye(3)[modes.directions]
-        return self.rest_curvature_at(sigma) - taken
+        return self.rest_curvature_at(sigma) - modes.strain_at(sigma, self.rest_strain(modes))
+
+    def rest_beyond_steps(self, modes: StrainModes, grid: RodGrid) -> Floats:
+        """Its moments over the rotation steps of a grid, by moment and component, (H, 3, 3)."""
+        beyond = self.rest_beyond_at(modes, grid.step_points.ravel())
+        return np.asarray(MAGNUS_WEIGHTS @ beyond.reshape(*grid.step_points.shape, 3))

@@ -13,6 +13,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from ..description.robot_description import HomeGuess
+from ..lie import projected_rotation
 from ..model.robot import Robot
 from ..model.shape import Pose, rod_bases, tip_poses
 
@@ -112,9 +113,7 @@ def _rotations_of_tips(robot: Robot, tips: Sequence[Pose]) -> list[Floats]:
     ]
     if not turned:
         return []
-    left, _, right = np.linalg.svd(np.mean(turned, axis=0))
-    left[:, 2] *= np.linalg.det(left @ right)  # no reflection
-    return [np.asarray(left @ right)]
+    return [projected_rotation(np.mean(turned, axis=0))]
 
 
 def _rotation_to_tips(robot: Robot, tips: Floats) -> Floats:
@@ -124,9 +123,7 @@ def _rotation_to_tips(robot: Robot, tips: Floats) -> Floats:
     # Where they say nothing it is not turned; in the plane it turns about z only.
     stays = np.diag([1e-3, 1e-3, 1e3 if robot.planar else 1e-3])
     size = max(1e-12, float(np.linalg.norm(tips) * np.linalg.norm(joints)))
-    left, _, right = np.linalg.svd(tips.T @ joints / size + stays)
-    left[:, 2] *= np.linalg.det(left @ right)  # no reflection
-    return np.asarray(left @ right)
+    return projected_rotation(tips.T @ joints / size + stays)
 
 
 def _between(robot: Robot, tips: Floats, rotation: Floats) -> Floats:
