@@ -8,7 +8,9 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+from action_msgs.msg import GoalStatusArray
 from rclpy.action import ActionClient
+from rclpy.qos import qos_profile_action_status_default
 
 from helpers.node_process import TIMEOUT, Client
 
@@ -20,10 +22,31 @@ class GoalClient:
         self.client, self.kind = client, kind
         self.feedback: list[Any] = []
         self._action = ActionClient(client.node, kind, name)
+        self._statuses: dict[bytes, int] = {}
+        self._told = client.node.create_subscription(
+            GoalStatusArray, f"{name}/_action/status", self._hear, qos_profile_action_status_default
+        )
         assert self._action.wait_for_server(TIMEOUT), f"no action {name}"
 
+    def _hear(self, message: GoalStatusArray) -> None:
+        for goal in message.status_list:
+            self._statuses[bytes(goal.goal_info.goal_id.uuid)] = goal.status
+
     def close(self) -> None:
+        self.client.node.destroy_subscription(self._told)
         self._action.destroy()
+
+    def until_status(self, handle: Any, status: int) -> None:
+        """Wait until a goal is said to be in a status.
+
+        ``handle.status`` of rclpy does not tell: it stays unknown where the message of
+        statuses overtakes the answer that accepts the goal.
+        """
+        self.client.spin_until(lambda: self.status(handle) == status)
+
+    def status(self, handle: Any) -> int | None:
+        """What was last said of a goal."""
+        return self._statuses.get(bytes(handle.goal_id.uuid))
 
     def send(self, **fields: Any) -> Any:
         """A goal that is on its way."""

@@ -134,6 +134,7 @@ def test_a_map_begins_where_the_robot_is_and_under_its_loads(drive, maps, tmp_pa
 def test_the_node_follows_setpoints_and_streams_while_a_map_is_made(drive, maps, tmp_path):
     handle = maps.send(tmp_path / "map.nc", LONG)
     maps.until_done(1)
+    maps.until_status(handle, GoalStatus.STATUS_EXECUTING)
     for motors in ([2.65, 0.50], [2.50, 0.70]):
         drive.send_motors(*motors)
         drive.until(lambda motors=motors: np.array_equal(drive.motors, motors))
@@ -142,7 +143,7 @@ def test_the_node_follows_setpoints_and_streams_while_a_map_is_made(drive, maps,
     drive.assert_correct(
         2.59, 0.55, expected=solve_home(cpr_core.load_robot("rfrfr")).platform_position
     )
-    assert handle.status == GoalStatus.STATUS_EXECUTING
+    assert maps.status(handle) == GoalStatus.STATUS_EXECUTING
     assert maps.feedback[-1].rate > 0.0
     assert maps.cancel(handle) == 1
     assert maps.result(handle)[0] == GoalStatus.STATUS_CANCELED
