@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
@@ -38,7 +37,7 @@ from .parameter_problem import TRIED, ParameterProblem, natural_changes, solutio
 from .robust_loss import Loss, checked_loss, variance_factor
 from .tracker_alignment import aligned_tracker
 from .tracker_rates import of_tracker
-from .undetermined import hidden_parameters, unseen_in_words
+from .undetermined import knowledge, unseen_in_words
 
 __all__ = ["calibrate"]
 
@@ -160,22 +159,13 @@ def _result(
     doubts: tuple[str, ...],
 ) -> CalibrationResult:
     """What was found, and how exact it is."""
-    residual, rates = problem.residual(change), problem.rates(change)
-    unseen = problem.unseen(change)
-    count = len(problem.paths)
-    seen = scipy.linalg.null_space(unseen) if len(unseen) else np.eye(count)
-    known = rates @ seen
-    covariance = np.zeros((count, count))
-    if known.size:
-        covariance = seen @ scipy.linalg.inv(known.T @ known) @ seen.T
-    freedom = len(residual) - known.shape[1]
-    covariance *= variance_factor(loss, residual, known.shape[1])
-    covariance *= np.outer(problem.scales, problem.scales)
-    known_to = np.sqrt(np.diag(covariance)) / problem.scales
-    hidden = hidden_parameters(unseen, problem.sizes, known_to)
-    for column in np.flatnonzero(hidden):
-        covariance[column] = covariance[:, column] = 0.0
-        covariance[column, column] = np.inf
+    residual = problem.residual(change)
+    known = knowledge(problem.rates(change), problem.sizes)
+    determined = len(problem.paths) - len(known.unseen)
+    freedom = len(residual) - determined
+    natural = known.covariance(variance_factor(loss, residual, determined))
+    hidden = np.isinf(np.diag(natural))
+    covariance = natural * np.outer(problem.scales, problem.scales)
     fit = 1.0
     if freedom > 0 and loss == "linear":
         fit = float(np.sqrt(residual @ residual / freedom))
@@ -187,7 +177,7 @@ def _result(
         doubts = (*doubts, text)
     deviations = np.sqrt(np.diag(covariance))
     doubts = (*doubts, *bound_doubts(problem.paths, values, deviations, limits))
-    words = unseen_in_words(unseen, hidden, problem.scales, problem.paths, values)
+    words = unseen_in_words(known.unseen, hidden, problem.scales, problem.paths, values)
     return CalibrationResult(
         equilibria[0].robot,
         problem.paths,

@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
@@ -27,12 +26,7 @@ from ..validation import ReadOnlyArrays, checked_count, checked_number
 from .compared import compared_row
 from .measurements import Frame, Measurement, StandardDeviations, checked_deviations
 from .parameter_problem import natural_changes
-from .undetermined import (
-    hidden_parameters,
-    parameter_sizes,
-    unseen_directions,
-    unseen_in_words,
-)
+from .undetermined import Knowledge, knowledge, parameter_sizes, unseen_in_words
 
 __all__ = ["ProposedPoses", "propose_poses"]
 
@@ -132,18 +126,18 @@ def propose_poses(
     generator = np.random.default_rng(seed)
     sizes = parameter_sizes(values, scales)
     several = [
-        _deviations(rates[generator.choice(len(candidates), count, replace=False)], sizes)
+        _deviations(_told(rates[generator.choice(len(candidates), count, replace=False)], sizes))
         for _ in range(_CHOICES)
     ]
-    after = _deviations(rates[chosen], sizes) * scales
-    unseen = unseen_directions(np.vstack(list(rates[chosen])), sizes)
+    known = _told(rates[chosen], sizes)
+    after = _deviations(known) * scales
     order = _short_way([candidates[number] for number in chosen])
     return ProposedPoses(
         tuple(order),
         paths,
         after,
         np.median(several, axis=0) * scales,
-        unseen_in_words(unseen, np.isinf(after), scales, paths, values),
+        unseen_in_words(known.unseen, np.isinf(after), scales, paths, values),
     )
 
 
@@ -250,19 +244,14 @@ def _size(information: Floats) -> float:
     return float(np.linalg.slogdet(information)[1])
 
 
-def _deviations(rates: Floats, sizes: Floats) -> Floats:
-    """Standard deviations in natural units after measurements with these rates, (C, K, P).
+def _told(rates: Floats, sizes: Floats) -> Knowledge:
+    """What measurements with these rates, (C, K, P), tell; sizes as in ``unseen_directions``."""
+    return knowledge(np.vstack(list(rates)), sizes)
 
-    Infinite of parameters that they do not determine; sizes as in ``unseen_directions``.
-    """
-    whole = np.vstack(list(rates))
-    unseen = unseen_directions(whole, sizes)
-    seen = scipy.linalg.null_space(unseen) if len(unseen) else np.eye(len(sizes))
-    found = np.zeros(len(sizes))
-    if seen.shape[1]:
-        upper = scipy.linalg.qr(whole @ seen, mode="r")[0][: seen.shape[1]]
-        found = np.linalg.norm(seen @ scipy.linalg.inv(upper), axis=1)
-    return np.where(hidden_parameters(unseen, sizes, found), np.inf, found)
+
+def _deviations(known: Knowledge) -> Floats:
+    """Standard deviations in natural units, (P,); infinite of parameters that are not determined."""
+    return np.asarray(np.sqrt(np.diag(known.covariance())))
 
 
 def _short_way(equilibria: Sequence[Equilibrium]) -> list[Equilibrium]:

@@ -1,18 +1,26 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Changes of parameters that no measurement sees, and what to call them."""
+"""What measurements tell of parameters, and what to call changes that none of them sees."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["hidden_parameters", "parameter_sizes", "unseen_directions", "unseen_in_words"]
+__all__ = [
+    "Knowledge",
+    "hidden_parameters",
+    "knowledge",
+    "parameter_sizes",
+    "unseen_directions",
+    "unseen_in_words",
+]
 
 Floats = NDArray[np.float64]
 
@@ -28,6 +36,45 @@ _ROUNDED = 1e-9
 #: Coefficient of a direction above which a parameter is in it, whatever else is known of it; and one
 #: below which it is not, as far as directions are known at all.
 _IN, _NOTHING = 1e-3, 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """What measurements tell of parameters in natural units, to first order.
+
+    Attributes:
+        unseen: Directions in which nothing that is compared changes, orthonormal rows (K, P).
+        sizes: How far parameters may be from what is described, (P,).
+        spread: Times its transpose the covariance of what is seen, (P, P - K).
+    """
+
+    unseen: Floats
+    sizes: Floats
+    spread: Floats
+
+    def covariance(self, variance: float = 1.0) -> Floats:
+        """Covariance of the parameters, (P, P); infinite where they are hidden, and zero beside it.
+
+        Args:
+            variance: Of residuals in standard deviations.
+        """
+        found: Floats = variance * self.spread @ self.spread.T
+        deviations = np.sqrt(np.diag(found))
+        for column in np.flatnonzero(hidden_parameters(self.unseen, self.sizes, deviations)):
+            found[column] = found[:, column] = 0.0
+            found[column, column] = np.inf
+        return found
+
+
+def knowledge(rates: Floats, sizes: Floats) -> Knowledge:
+    """What is told by rates of what is compared; arguments as in :func:`unseen_directions`."""
+    unseen = unseen_directions(rates, sizes)
+    seen = scipy.linalg.null_space(unseen) if len(unseen) else np.eye(len(sizes))
+    spread = np.zeros_like(seen)
+    if seen.size:
+        upper = scipy.linalg.qr(rates @ seen, mode="r")[0][: seen.shape[1]]
+        spread = seen @ scipy.linalg.inv(upper)
+    return Knowledge(unseen, sizes, spread)
 
 
 def unseen_directions(rates: Floats, sizes: Floats | float = 1.0) -> Floats:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from cpr_core.identification.undetermined import (
     hidden_parameters,
+    knowledge,
     parameter_sizes,
     unseen_directions,
     unseen_in_words,
@@ -28,6 +29,27 @@ def test_directions_change_nothing_and_all_others_something(seed, hidden):
     assert found.shape == (hidden, 4)
     assert np.abs(rates @ found.T).max(initial=0.0) < 1e-10
     assert found @ found.T == pytest.approx(np.eye(hidden))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.floats(0.1, 10.0))
+def test_what_is_told_has_the_covariance_of_least_squares(seed, apart, variance):
+    """Of two parameters that are known as a sum only, of others or none, and of others."""
+    generator = np.random.default_rng(seed)
+    rates = generator.normal(size=(9, 4))
+    if apart < 4:
+        rates[:, apart] = rates[:, (apart + 1) % 4]
+    known = knowledge(rates, np.ones(4))
+    wanted = variance * np.linalg.pinv(rates.T @ rates, rcond=1e-10)
+    together = [apart, (apart + 1) % 4] if apart < 4 else []
+    wanted[together] = wanted[:, together] = 0.0
+    wanted[together, together] = np.inf
+    assert len(known.unseen) == (apart < 4)
+    np.testing.assert_allclose(known.covariance(variance), wanted, rtol=1e-6, atol=1e-9)
+
+
+def test_nothing_is_told_by_measurements_that_nothing_moves():
+    known = knowledge(np.zeros((3, 2)), np.ones(2))
+    np.testing.assert_array_equal(known.covariance(), np.diag([np.inf, np.inf]))
 
 
 def test_rounding_alone_shows_nothing():
