@@ -60,9 +60,8 @@ def chain_leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescriptio
         joint=JOINTS[tip.get("type")].from_description(tip),
         elements=tuple(element for _, element in elements),
     )
-    length = max([element.rod.length for element in leg.rods], default=leg.rod.length)
     for described, element in elements:
-        _check_units(described, element, length)
+        _check_units(described, element, leg.longest_rod)
     return leg
 
 

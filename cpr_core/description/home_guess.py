@@ -53,7 +53,7 @@ def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> Ho
         if part.planar and ("torsion" in series or "bending_2" in series):
             raise series.fail("", "a planar robot bends about d3 only: expected bending_3")
     platform, joints = part.part("platform"), rough_joints(part, legs)
-    longest = max(leg.rod.length for leg in legs)
+    longest = max(leg.longest_rod for leg in legs)
     check_home_joints(part, (joint for leg in legs for joint in leg.joints), joints, longest)
     rotation = _rotation(platform)
     return HomeGuess(
@@ -77,7 +77,7 @@ def _motors(part: Part, legs: tuple[LegDescription, ...]) -> Floats:
     for rod in (rod for leg in legs for rod in leg.rods):
         if rod.motor is not None and (length := rod.length_at(by_name[rod.motor])) <= 0.0:
             raise part.fail("motors", f"expected positive rod lengths, got {length}")
-    check_home_motors(part, described, motors, max(leg.rod.length for leg in legs))
+    check_home_motors(part, described, motors, max(leg.longest_rod for leg in legs))
     return np.array(motors, float)
 
 
@@ -141,7 +141,7 @@ def _side(
     # The length of a vector says nothing; which way from the middle to a base is short, rods say.
     size = float(np.linalg.norm(vector))
     if isinstance(side, str):
-        size = max(size, leg.rod.length)
+        size = max(size, leg.longest_rod)
     if np.linalg.norm(across) <= 1e-6 * size:
         raise part.fail(name, f"expected a side across the tangent of {leg.name} at its base")
     return np.asarray(across / np.linalg.norm(across))

@@ -176,6 +176,11 @@ class LegDescription:
         return float(sum(element.rod.length for element in self.rods))
 
     @property
+    def longest_rod(self) -> float:
+        """Length of the longest of them, as described [m]; of a leg without any, what it would have."""
+        return max((element.rod.length for element in self.rods), default=self.rod.length)
+
+    @property
     def rod_rigidity(self) -> float:
         """E J of one uniform rod as long as its rods and as soft, of the largest of each [N m^2]."""
         first, *others = (element.rod for element in self.rods)

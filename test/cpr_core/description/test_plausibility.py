@@ -263,6 +263,19 @@ def test_extensible_legs_in_millimetres_are_said():
         read_description(content)
 
 
+@pytest.mark.parametrize("written", ["once", "in every chain"])
+def test_motors_in_millimetres_are_said_however_rods_are_written(written):
+    """Rods of chains may be all there are: what a leg would have without them is much longer."""
+    content = content_of("three_prs")
+    content["home"]["motors"] = [100.0] * 3
+    if written == "in every chain":
+        for leg in content["legs"]:
+            leg["chain"][3] = {"rod": dict(content["rod"])}
+        content["rod"] |= {"length": 10.0, "rest_curvature": {}}
+    with pytest.warns(DescriptionWarning, match=rf"home\.motors\[0\]: 100: {MILLIMETRES}"):
+        read_description(content)
+
+
 def test_a_planar_quaternion_in_another_order_is_refused_with_the_order():
     content = content_of("planar_body")
     content["home"]["platform"] = {"position": [0, 0.5, 0], "quaternion_wxyz": [0, 0, 0.6, 0.8]}
