@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParametersAtomically
@@ -109,9 +110,19 @@ class Driver:
         while time.monotonic() < end:
             self.client.executor.spin_once(timeout_sec=0.02)
 
-    def until(self, done: Callable[[], bool], timeout: float = TIMEOUT) -> None:
-        """Wait until something holds that follows from messages yet to come."""
-        self.forget()
+    def until(
+        self, done: Callable[[], bool], timeout: float = TIMEOUT, *, forget: bool = True
+    ) -> None:
+        """Wait until something holds that follows from messages yet to come.
+
+        Args:
+            done: Whether it does.
+            timeout: How long it may take [s].
+            forget: Not for what passes: this process may have been held up since it asked for it. Then
+                messages count that came since they were forgotten last.
+        """
+        if forget:
+            self.forget()
         self.client.spin_until(
             lambda: bool(
                 self.all(StabilityMetrics)
@@ -188,6 +199,12 @@ class Driver:
             f"{self.name}/set_parameters_atomically",
             SetParametersAtomically.Request(parameters=parameters),
         ).result
+
+    def dropped(self, topic: str) -> int:
+        """How many messages of a topic the node has dropped, as its diagnostics tell next."""
+        (array,) = self.client.messages(DiagnosticArray, "/diagnostics", 1)
+        values = {pair.key: pair.value for status in array.status for pair in status.values}
+        return int(values.get(f"dropped {topic}", 0))
 
     def forward(self, *positions: float) -> SolveForward.Response:
         request = SolveForward.Request(start=SolveForward.Request.START_HOME)

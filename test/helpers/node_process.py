@@ -37,8 +37,8 @@ TIMEOUT = 20.0
 #: Time limit of requests: what they come to does not depend on how busy the computer is [s].
 TIME_LIMIT = 5.0
 
-#: As many domains as one process takes: enough for eight workers.
-OWN_DOMAINS = 12
+#: As many domains as one process takes: six workers and the tests that take many at once have enough.
+OWN_DOMAINS = 8
 _own: list[OwnDomain] = []
 
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-#: Folders whose tests wait for most of their time, for a node or a page.
-_WAITING = ("over_dds", "viewing")
+#: Folders whose tests wait for most of their time, for a node, a page or a process that is begun.
+_WAITING = ("over_dds", "viewing", "process", "middleware")
 #: Folders whose files begin with what takes long: a node, a page, compiled kernels, references.
 _TOGETHER = (*_WAITING, "kernels", "verification")
 #: Processor time of a slow test that does not say it [s].

@@ -15,7 +15,6 @@ from action_msgs.msg import GoalStatus
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import ErrorCode, MapAxis, StabilityMetrics
 from cpr_msgs.srv import SolveForward
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from helpers.driver import Driver
 from helpers.goal_client import GoalClient
@@ -149,22 +148,20 @@ def test_a_trajectory_waits_for_no_commands_that_are_on_their_way(slow):
     try:
         slow.send_motors(*HOME)
         slow.until(lambda: bool(slow.all(Float64MultiArray)))
+        assert slow.set_parameters(max_speed=0.01).successful  # half a minute, however late this is
+        before = slow.dropped("~/joint_trajectory")
         apply(slow, *AWAY)
         slow.until_state(S.STATE_ALIGNING)
         topic.publish(message)
+        slow.client.spin_until(lambda: slow.dropped("~/joint_trajectory") == before + 1)
+        assert slow.set_parameters(max_speed=4.0).successful
         message.points[0].time_from_start.sec = 0
         slow.until_state(S.STATE_IDLE)
         topic.publish(message)
-        slow.client.spin_until(lambda: dropped(slow, "~/joint_trajectory") >= 2)
+        slow.client.spin_until(lambda: slow.dropped("~/joint_trajectory") == before + 2)
     finally:
+        assert slow.set_parameters(max_speed=4.0).successful
         slow.client.node.destroy_publisher(topic)
-
-
-def dropped(drive, topic):
-    array = drive.client.messages(DiagnosticArray, "/diagnostics", 1)[0]
-    values = {value.key: value.value for value in array.status[0].values}
-    assert int(values["late ticks"]) >= 0
-    return int(values.get(f"dropped {topic}", 0))
 
 
 @pytest.mark.usefixtures("compiled")

@@ -21,9 +21,11 @@ HOME, AWAY = [2.59, 0.55], [2.75, 0.40]
 
 def test_motors_by_name_are_followed_and_commands_go_out(drive):
     drive.send_motors(0.60, 2.65, names=["motor2", "motor1"])
-    drive.until(lambda: np.array_equal(drive.motors, [2.65, 0.60]))
+    drive.until(lambda: np.array_equal(drive.motors, [2.65, 0.60]), forget=False)  # it takes 10 ms
     # The last command may be taken after the state that comes behind it.
-    drive.client.spin_until(lambda: list(drive.all(Float64MultiArray)[-1].data) == [2.65, 0.60])
+    drive.client.spin_until(
+        lambda: [list(said.data) for said in drive.all(Float64MultiArray)[-1:]] == [[2.65, 0.60]]
+    )
     commands = np.array([command.data for command in drive.all(Float64MultiArray)])
     np.testing.assert_array_equal(commands[-1], [2.65, 0.60])
     assert np.abs(np.diff(commands, axis=0)).max() <= 4.0 / 200.0 * (1.0 + 1e-6)
@@ -99,7 +101,16 @@ def test_driving_straight_through_the_instability(drive):
     assert drive.metrics.action == StabilityMetrics.ACTION_NONE
 
 
-def test_pause_during_motion_holds_and_forgets_the_setpoint(drive):
+@pytest.fixture
+def slow(drive):
+    """On its way for long, however late this process is."""
+    assert drive.set_parameters(max_speed=0.02).successful
+    yield drive
+    assert drive.set_parameters(max_speed=4.0).successful
+
+
+def test_pause_during_motion_holds_and_forgets_the_setpoint(slow):
+    drive = slow
     drive.send_platform(0.0, 0.3)
     drive.until(lambda: not np.array_equal(drive.motors, HOME))
     answer = drive.pause(True)
@@ -120,25 +131,33 @@ def test_pause_during_motion_holds_and_forgets_the_setpoint(drive):
 
 def test_reset_during_motion_goes_home_and_takes_no_setpoints_on_the_way(drive):
     drive.send_platform(0.0, 0.3)
-    drive.until(lambda: not np.array_equal(drive.motors, HOME))
+    drive.until(lambda: np.abs(drive.motors - HOME).max() > 0.05)
+    assert drive.set_parameters(max_speed=0.002).successful  # half a minute, however late this is
     answer = drive.reset()
     assert answer.success
+    before = drive.dropped("~/platform_setpoint")
     drive.send_platform(0.0, 0.3)
+    drive.client.spin_until(lambda: drive.dropped("~/platform_setpoint") > before)
+    drive.until_state(StabilityMetrics.STATE_RETURNING)
+    assert drive.set_parameters(max_speed=4.0).successful
     drive.until_state(StabilityMetrics.STATE_IDLE)
     np.testing.assert_array_equal(drive.motors, HOME)
 
 
-def test_apply_during_motion_is_refused_and_at_rest_forgets_the_setpoint(drive):
+def test_apply_during_motion_is_refused_and_at_rest_forgets_the_setpoint(slow):
+    drive = slow
+
     def apply():
         request = SolveForward.Request(start=SolveForward.Request.START_HOME, apply=True)
         request.motors = JointState(name=["motor1", "motor2"], position=[2.7, 0.5])
         return drive.client.call(SolveForward, "/cpr_node/solve_forward", request).error_code
 
     drive.send_platform(0.0, 0.3)
-    drive.spin(0.05)
+    drive.until(lambda: not np.array_equal(drive.motors, HOME))
     code = apply()
     assert code.val == ErrorCode.NOT_READY
     assert "on its way" in code.message
+    assert drive.set_parameters(max_speed=4.0).successful
     drive.until_state(StabilityMetrics.STATE_IDLE)
     np.testing.assert_allclose(drive.position[:2], [0.0, 0.3], atol=1e-8)
     assert apply().val == ErrorCode.SUCCESS

@@ -115,8 +115,12 @@ def test_ten_seconds_are_followed_to_the_end(drive, following, capsys):
 
 
 @contextmanager
-def measuring(drive, motors):
-    """Somebody measures the motors a hundred times a second."""
+def measuring(drive, motors, timeout=600.0):
+    """Somebody measures the motors a hundred times a second; that is this process, if not held up.
+
+    What was measured is believed until it is as old as the timeout [s].
+    """
+    assert drive.set_parameters(measured_timeout=timeout).successful
     node = drive.client.node
     publisher = node.create_publisher(JointState, "/measured_joint_states", qos_profile_sensor_data)
     timer = node.create_timer(
@@ -132,6 +136,7 @@ def measuring(drive, motors):
         drive.spin(1.0)  # until nobody is found any more who publishes
         for transition in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE):
             assert change(drive.client, transition)  # what was measured is forgotten
+        assert drive.set_parameters(measured_timeout=0.5).successful
 
 
 def test_a_motor_that_is_measured_to_stand_still_is_told(drive, following):
@@ -157,7 +162,7 @@ def test_a_motor_that_is_measured_to_stand_still_is_told(drive, following):
 def test_encoders_that_are_dead_are_told_and_hold_no_tolerance(rfrfr, drive, following):
     """They said nothing but NaN, of which nobody had a word, and the action succeeded."""
     positions = HOME.tolist()
-    with measuring(drive, lambda: positions):
+    with measuring(drive, lambda: positions, timeout=0.5):
         positions = [float("nan")] * 2
         handle = following.send(
             trajectory([1.0], [HOME + [0.08, 0.0]]), goal_tolerance=[0.02, 0.02]
@@ -246,7 +251,7 @@ def test_a_cancelled_one_holds_within_one_tick(drive, following):
     )
     handle = following.send(trajectory([10.0], [HOME + [2.0, 0.0]]))
     drive.until(lambda: np.abs(drive.motors - HOME).max() > 0.05)
-    assert sent
+    drive.client.spin_until(lambda: sent)  # of another topic
     cancelled = handle.cancel_goal_async()
     drive.client.spin_until(cancelled.done)
     answered = time.time_ns()
