@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.solving.distinct_numbers import distinct
 
-from .goals import largest_way
+from .goals import largest_way, motor_steps
 
 __all__ = ["SETTLING", "MovedByOthers"]
 
@@ -33,6 +33,30 @@ SETTLING = 0.5
 _CERTAIN = 0.05
 #: Motors that move by less are at rest [rad, rod lengths].
 RESTING = 0.01
+#: Motors that are slower than this part of their speed limit do not follow, where that is less.
+FOLLOWING = 0.1
+
+
+class _Place:
+    """Where motors stay, and since when."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot, self._max_speed = robot, math.inf
+        self._ways: list[float] = (RESTING * robot.motor_units).tolist()
+        self._motors: Floats | None = None
+        self.since = math.inf
+
+    def take(self, measured: Floats, now: float) -> None:
+        """Take measured motors, (n,)."""
+        if self._motors is None or largest_way(self._motors, measured, self._ways) > 1.0:
+            self._motors, self.since = measured, now
+
+    def limit_speed(self, max_speed: float) -> None:
+        """Hold slow motors for moving too, down to a part of their speed limit of now."""
+        if max_speed != self._max_speed:
+            slow = FOLLOWING * motor_steps(self._robot, max_speed, SETTLING)
+            self._ways = np.minimum(RESTING * self._robot.motor_units, slow).tolist()
+            self._max_speed = max_speed
 
 
 class MovedByOthers:
@@ -50,8 +74,8 @@ class MovedByOthers:
         self._units = robot.motor_units.tolist()
         self._commanded = self._set_off = -math.inf
         self._in_motion = self._waited_for = False  # when the way was measured
-        self._resting: Floats | None = None
-        self._resting_since = self._far_since = math.inf
+        self._rest, self._stuck = _Place(robot), _Place(robot)
+        self._far_since = math.inf
 
     @property
     def in_question(self) -> str:
@@ -82,7 +106,13 @@ class MovedByOthers:
             self.doubt = ""
 
     def take(
-        self, measured: Floats, commands: Floats | None, now: float, *, waited_for: bool = False
+        self,
+        measured: Floats,
+        commands: Floats | None,
+        now: float,
+        *,
+        max_speed: float = math.inf,
+        waited_for: bool = False,
     ) -> bool:
         """Take measured motors; whether they rest elsewhere, and the robot is to be begun with there.
 
@@ -90,26 +120,28 @@ class MovedByOthers:
             measured: (n,) [rad or m].
             commands: Where they were sent, (n,); None: nowhere yet.
             now: Steady time [s].
+            max_speed: Speed no motor exceeds [rad/s, rod lengths/s]: slow ones follow slowly.
             waited_for: Whether commands go no farther until the motors follow.
         """
-        if self._resting is None or largest_way(self._resting, measured, self._units) > RESTING:
-            self._resting, self._resting_since = measured, now
+        self._stuck.limit_speed(max_speed)
+        for place in (self._rest, self._stuck):
+            place.take(measured, now)
         self._waited_for = waited_for
         self._in_motion = waited_for or now - self._commanded < SETTLING
         # Motors that go on their way late have not stood still since they were sent there.
-        stuck = now - max(self._resting_since, self._set_off) >= SETTLING
+        stuck = now - max(self._stuck.since, self._set_off) >= SETTLING
         self._way = 0.0 if commands is None else largest_way(commands, measured, self._units)
         far = self._words()
         self._far_since = min(self._far_since, now) if far else math.inf
         self.away, self.doubt = "", ""
         if self._in_motion and not stuck:
             return False
-        if far and now - min(self._far_since, self._resting_since) >= _CERTAIN:
+        if far and now - min(self._far_since, self._rest.since) >= _CERTAIN:
             self.away = far
         elif far:
             self.doubt = self._words_of_doubt()
         # Those that do not follow are begun with a little later: it is told first that they do not.
-        rest = now - self._resting_since >= SETTLING and not self._in_motion
+        rest = now - self._rest.since >= SETTLING and not self._in_motion
         return bool(self.away) and rest
 
     def _words_of_doubt(self) -> str:

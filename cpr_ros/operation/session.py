@@ -373,7 +373,13 @@ class Session:
         self.measured.take(motors, now)
         if self.unplaced:
             return True
-        begin = self.others.take(motors, self.commands.newest, now, waited_for=self._waits)
+        begin = self.others.take(
+            motors,
+            self.commands.newest,
+            now,
+            max_speed=self.follower.settings.max_speed,
+            waited_for=self._waits,
+        )
         self._end_what_others_ended()
         return begin
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers.drive import robot
 
-from cpr_ros.following.moved_by_others import RESTING, SETTLING, MovedByOthers
+from cpr_ros.following.moved_by_others import FOLLOWING, RESTING, SETTLING, MovedByOthers
 
 SENT = np.array([2.6, 0.5])
 ELSEWHERE = SENT + [0.0, 0.2]
@@ -197,3 +197,31 @@ def test_motors_that_commands_wait_for_do_not_follow_and_are_not_begun_with(othe
         now += 0.05
         assert not others.take(near + 0.02 * number, SENT + 0.02 * number, now, waited_for=True)
         assert others.away == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "max_speed", "slow"), [("rfrfr", 0.015, 0.002), ("gough_stewart", 0.1, 0.012)]
+)
+def test_motors_of_slow_robots_follow_at_a_part_of_their_speed(name, max_speed, slow):
+    """They moved at half the speed that was asked for, and were said not to follow."""
+    found = robot(name)
+    begin = np.full(found.motor_count, 0.5)
+    for speed, follow in ((slow, True), (0.5 * FOLLOWING * max_speed, False), (0.0, False)):
+        others = MovedByOthers(found, 0.1)
+        others.commanded(0.0)
+        told = []
+        for number in range(300):
+            now = 10.0 + 0.005 * number
+            measured = begin + speed * (now - 10.0) * found.motor_units
+            options = {"max_speed": max_speed, "waited_for": True}
+            assert not others.take(measured, begin + 0.1, now, **options)
+            told.append(bool(others.away))
+        assert any(told) != follow, speed
+        assert speed or all(told[110:])
+    # Others that move them so slowly have them at rest.
+    rest = MovedByOthers(found, 0.1)
+    for number in range(300):
+        now = 10.0 + 0.005 * number
+        measured = begin + slow * (now - 10.0) * found.motor_units
+        begun = rest.take(measured, begin + found.motor_units, now, max_speed=max_speed)
+    assert begun
