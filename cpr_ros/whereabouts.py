@@ -64,6 +64,8 @@ class Whereabouts:
         """
         self._node, self._session, self._stop = node, session, stop
         self._from = parameters.start_from
+        #: Whether the robot is to go home from where it is measured; not where it was placed or moved.
+        self._home_ahead: bool | None = None
         self._discovered = started + _DISCOVERY
         #: Why the robot can only be where it is measured; empty if it can be elsewhere.
         self._lost = ""
@@ -161,6 +163,8 @@ class Whereabouts:
         if self._from == "last":
             return
         publishers = self._publishers()
+        first = self._home_ahead is None
+        self._home_ahead = self._from == "home" and (first or self._session.unplaced)
         self._session.unplaced = True
         if not publishers and self._from != "measured":
             if self._lost:
@@ -186,13 +190,13 @@ class Whereabouts:
     def place(self, motors: NDArray[np.float64]) -> str:
         """Put the robot where its motors are measured, (n,), and remember it; says what was done.
 
-        One that is to begin at home does, when it is measured first: its commands go there from where
-        the motors are.
+        One that is to begin at home does, when it is measured first and has not moved before: its
+        commands go there from where the motors are.
 
         Raises:
             CprError: No equilibrium explains them.
         """
-        session, at_home = self._session, self._from == "home" and self._session.unplaced
+        session, at_home = self._session, self._session.unplaced and self._home_ahead
         session.unplaced = False
         if at_home:
             said = self._stop.wait_for(lambda: begin_on_way_home(session, motors, measured=True))

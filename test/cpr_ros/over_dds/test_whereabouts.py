@@ -408,6 +408,34 @@ def test_motors_that_were_moved_and_are_measured_no_more_are_sent_nowhere(bench)
     assert bench.longest_step() <= 1.0 + 2e-5
 
 
+@pytest.mark.parametrize("measured", ["before", "after"])
+def test_home_is_gone_to_once(bench, measured):
+    """A robot that was only deactivated set off for home as it became active, or was measured later."""
+    deactivate, activate = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
+    bench.start("start_from:=home")
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    place = [2.7, 0.4]
+    bench.send(*place)
+    bench.until_at(place)
+    bench.change(deactivate)
+    if measured == "before":
+        bench.measure(place)
+        bench.client.spin_until(lambda: bench.measured[1].get_subscription_count() > 0)
+    bench.change(activate)
+    if measured == "after":
+        bench.until_heard()
+        bench.measure(place)
+    bench.until_said("where it is measured, motors (2.7, 0.4)")
+    bench.commands = [np.array(place)]
+    bench.until_heard(2)
+    assert np.unique(bench.commands, axis=0).tolist() == [place]
+    # A clean-up begins anew.
+    clean, configure = Transition.TRANSITION_CLEANUP, Transition.TRANSITION_CONFIGURE
+    bench.change(deactivate, clean, configure, activate)
+    bench.until_at(HOME)
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
 def test_where_a_tracked_robot_was_is_known_to_a_node_that_moves_it(bench):
     """The node knew better and kept nothing: the first command was that of before it was moved."""
     bench.start("start_from:=home")
