@@ -27,6 +27,7 @@ from ..solving.geometrico_statics import checked_start, solve_forward
 from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
 from ..validation import ReadOnlyArrays, checked_time
 from .felt_directions import FeltDirections, felt_directions
+from .mixed_steps import MixedSteps
 from .pushed_equilibrium import pushed_equilibrium
 from .wrench_measurements import WrenchMeasurements, wrench_measurements
 
@@ -40,6 +41,11 @@ _LAST_STEP = 2e-5
 _LONGEST = LONGEST_STEP * EFFORT_UNIT
 #: Steps of Newton's method, and halvings of one, before it is given up.
 _STEPS, _HALVINGS = 50, 10
+#: Why it is given up: near the border of stability, where steps become ever shorter, or beside it.
+_BORDER = "no stable equilibrium goes on from one"
+_ENDLESS = f"{_STEPS} steps did not end, the last is"
+#: Parts of the way along what is not felt: where the whole leads nowhere, less of it is tried.
+_PARTS = (1.0, 0.3)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,6 +177,25 @@ def estimate_wrench(
     return search.from_last(before)
 
 
+@dataclass(frozen=True, eq=False)
+class _End:
+    """Where Newton's method has ended.
+
+    Attributes:
+        found: Where the robot is.
+        felt: What is felt there.
+        wrench: What pushes on it, in natural units.
+        residual: What is left of the measurements before the last step.
+        hindrance: Why it did not go on, in words; empty: it has found the wrench.
+    """
+
+    found: Equilibrium
+    felt: FeltDirections
+    wrench: Floats
+    residual: Floats
+    hindrance: str = ""
+
+
 class _Search:
     """Newton's method for one wrench."""
 
@@ -233,17 +258,31 @@ class _Search:
             residual: What it leaves of the measurements.
             unloaded: Without a wrench, at these motors or near: what units are doubted from.
         """
-        found, count = start, None
-        for _ in range(_STEPS):
-            felt = felt_directions(self.measured, world_response(found), count)
-            count = felt.count
-            target = felt.step(wrench, residual)
-            size = _size(target - wrench)
-            if size <= _LAST_STEP:
-                return self._estimate(found, felt, target, residual, unloaded)
-            fraction = min(1.0, _LONGEST / size)
+        for part in _PARTS:
+            end = self._end(start, wrench, residual, part)
+            if end.hindrance and len(end.felt.unfelt):
+                continue
+            break
+        if end.hindrance:
+            raise self._lost(end, self.measured.doubt(unloaded))
+        return self._estimate(end, unloaded)
+
+    def _end(self, found: Equilibrium, wrench: Floats, residual: Floats, part: float) -> _End:
+        """Where Newton's method ends, that takes a part of the way along what is not felt."""
+        felt = felt_directions(self.measured, world_response(found))
+        mixed, hindrance = MixedSteps(len(wrench) - felt.count), ""
+        for number in range(_STEPS):
+            if number:
+                felt = felt_directions(self.measured, world_response(found), felt.count)
+            step = felt.step(wrench, residual) - wrench
+            if _size(step) <= _LAST_STEP:
+                return _End(found, felt, wrench + step, residual)
+            if felt.count < len(wrench):
+                taken = step - (1.0 - part) * (step - felt.gain @ residual)
+                step = mixed.mixed(wrench, step, taken)
+            fraction, hindrance = min(1.0, _LONGEST / max(_LAST_STEP, _size(step))), _ENDLESS
             for _ in range(_HALVINGS):
-                ahead = wrench + fraction * (target - wrench)
+                ahead = wrench + fraction * step
                 reached = self._reached(found, ahead)
                 if time.perf_counter() >= self.deadline:
                     raise TimeLimitExceeded("wrench: the time allowed was over", 0.0, found)
@@ -253,11 +292,13 @@ class _Search:
                     if felt.count < len(ahead) or left @ left <= (1.0 + 1e-6) * residual @ residual:
                         break
                     reached = None
+                else:
+                    hindrance = _BORDER
                 fraction *= 0.5
             if reached is None:
                 break
             found, wrench, residual = reached, ahead, left
-        raise self._lost(found, wrench, self.measured.doubt(unloaded))
+        return _End(found, felt, wrench, residual, hindrance)
 
     def _reached(self, start: Equilibrium, wrench: Floats) -> Equilibrium | None:
         """The equilibrium under a wrench in natural units, at the measured motors; None: not near by."""
@@ -273,20 +314,14 @@ class _Search:
         world[self.robot.platform_axes] = wrench * self.units
         return world
 
-    def _estimate(
-        self,
-        found: Equilibrium,
-        felt: FeltDirections,
-        wrench: Floats,
-        residual: Floats,
-        unloaded: Equilibrium,
-    ) -> WrenchEstimate:
+    def _estimate(self, end: _End, unloaded: Equilibrium) -> WrenchEstimate:
         """What was found; the last step counts to first order."""
-        free, left = self.measured.weights.count - felt.count, felt.left_over(residual)
+        felt = end.felt
+        free, left = self.measured.weights.count - felt.count, felt.left_over(end.residual)
         return WrenchEstimate(
-            wrench_world=self._world(wrench),
+            wrench_world=self._world(end.wrench),
             observability=felt.observability,
-            equilibrium=found,
+            equilibrium=end.found,
             chi_square=float(left @ left) if free > 0 else 0.0,
             degrees_of_freedom=max(0, free),
             doubt=self.measured.doubt(unloaded),
@@ -296,14 +331,14 @@ class _Search:
             _unloaded=unloaded,
         )
 
-    def _lost(self, last: Equilibrium, wrench: Floats, doubt: str) -> NoForwardSolution:
+    def _lost(self, end: _End, doubt: str) -> NoForwardSolution:
         """The error where no wrench was found."""
-        numbers = ", ".join(f"{value:.3g}" for value in self._world(wrench))
+        numbers = ", ".join(f"{value:.3g}" for value in self._world(end.wrench))
         text = (
-            "no wrench explains the measurements near the start: no stable equilibrium goes on from "
-            f"one under mx my mz fx fy fz = ({numbers}) N m, N"
+            f"no wrench was found near the start that explains the measurements: {end.hindrance} "
+            f"under mx my mz fx fy fz = ({numbers}) N m, N"
         )
-        return NoForwardSolution(f"{text}; {doubt}" if doubt else text, 0.0, last)
+        return NoForwardSolution(f"{text}; {doubt}" if doubt else text, 0.0, end.found)
 
 
 def _size(step: Floats) -> float:

@@ -266,6 +266,29 @@ def test_three_motors_feel_three_directions_and_the_others_are_named():
         assert (change > 1e-6 * units * robot.mean_length) == felt
 
 
+@pytest.mark.parametrize(("name", "size"), [("three_rfs", 0.4), ("three_prs", 0.4), ("delta", 0.6)])
+def test_the_smallest_wrench_is_found_where_few_motors_feel_it(name, size):
+    """Steps went around it, and it was said that no stable equilibrium goes on."""
+    robot = load_robot(name)
+    home, rng = solve_home(robot), np.random.default_rng(5)
+    units = wrench_units(robot)
+    for _ in range(12):
+        motors = home.motors + rng.uniform(-0.2, 0.2, 3) * robot.motor_units
+        wrench = np.concatenate([np.zeros(3), size * rng.uniform(-1.0, 1.0, 3)]) * units
+        loads = robot.default_loads.with_(wrench_world=wrench)
+        true = solve_forward(robot, motors, start=home, loads=loads)
+        deviation = 1e-3 * np.abs(home.efforts).max()
+        found = estimate_wrench(
+            robot, motors, efforts=true.efforts, effort_deviation=deviation, start=true
+        )
+        assert_allclose(found.equilibrium.efforts, true.efforts, rtol=0, atol=0.02 * deviation)
+        assert found.equilibrium.index_locked == 0
+        in_units = found.wrench_world / units
+        # Nothing of it is along what is not felt, and no other wrench known to explain them is smaller.
+        assert np.linalg.norm(in_units) <= np.linalg.norm(wrench / units) * (1.0 + 1e-6)
+        assert np.abs(found.directions.directions[:, 3:].T @ in_units).max() < 1e-4
+
+
 def test_a_wrench_that_is_not_felt_has_a_variance_as_good_as_infinite():
     true, _ = pushed("three_rfs")
     robot = true.robot
