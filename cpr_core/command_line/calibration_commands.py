@@ -88,6 +88,11 @@ def add_measure_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=new_file, metavar="FILE", help="write motors and expected poses (csv)"
     )
+    parser.add_argument(
+        "--replace",
+        action="store_true",
+        help="write --out also where a file is, which may have measurements by now",
+    )
 
 
 def _add_parameters(parser: argparse.ArgumentParser) -> None:
@@ -267,6 +272,11 @@ def _result_as_text(found: CalibrationResult, files: list[str]) -> str:
 def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
     """Propose poses."""
     deviations = _deviations(options)
+    if options.out is not None and options.out.is_file() and not options.replace:
+        problem = (
+            f"{options.out} is there already: another name, or --replace if nothing in it counts"
+        )
+        raise InvalidRequest("--out", problem)
     with progress_bar("of the candidates") as progress:
         found = propose_poses(
             robot,
@@ -279,7 +289,8 @@ def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> 
             seed=options.seed,
             progress=progress,
         )
-    problems = written(lambda file: write_poses(file, found.equilibria, deviations), options.out)
+    write = partial(write_poses, equilibria=found.equilibria, deviations=deviations, loads=loads)
+    problems = written(write, options.out)
     if options.json:
         return Answer(json.dumps(_poses_as_dict(found), indent=2, allow_nan=False), True, problems)
     return Answer(_poses_as_text(found), True, problems)

@@ -115,8 +115,12 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
 def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
     """Make a map, done if it is complete."""
     grid = _grid(robot, options)
+    check_field(robot, options.field)
+    if options.restart and options.out is None:
+        raise InvalidRequest(
+            "restart", "expected --out FILE with it: there is no map to begin anew"
+        )
     if options.plot is not None:
-        check_field(robot, options.field)
         threading.Thread(target=prepare, daemon=True).start()
     start = solve_home(robot)
     if options.first is not None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..identification.calibration_result import CalibrationResult
+from .path_plots import new_figure, save_figure
 
 __all__ = ["plot_calibration"]
 
@@ -23,12 +24,12 @@ def plot_calibration(found: CalibrationResult, file: Path) -> None:
     Args:
         found: What was found.
         file: Picture to write; its ending tells the format.
-    """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(13.0, 8.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    Raises:
+        InvalidRequest: No format of pictures.
+        OSError: The file cannot be written.
+    """
+    figure = new_figure((13.0, 8.0))
     places = figure.subplot_mosaic([["rows", "rows"], ["changes", "correlations"]])
     left, right, axes = (places[name] for name in ("rows", "changes", "correlations"))
     pairs = (("before", found.before, _GREY), ("after", found.after, _BLUE))
@@ -66,4 +67,4 @@ def plot_calibration(found: CalibrationResult, file: Path) -> None:
     axes.set_title("correlations")
     figure.colorbar(picture, ax=axes)
     figure.suptitle(f"{found.robot.description.name}: {len(found.rows)} rows, fit {found.fit:.2f}")
-    figure.savefig(file, dpi=120)
+    save_figure(figure, file)

@@ -17,7 +17,7 @@ from ..solving.limits import limits_of
 from ..validation import checked_word
 from ..workspace.grid import Grid
 from ..workspace.workspace_map import WorkspaceMap
-from .path_plots import new_figure
+from .path_plots import new_figure, save_figure
 
 __all__ = ["FIELDS", "check_field", "field_names", "fields_of", "plot_map", "prepare"]
 
@@ -108,7 +108,8 @@ def plot_map(
         threshold: See there; 0: nothing is red.
 
     Raises:
-        InvalidRequest: No such field.
+        InvalidRequest: No such field, or no format of pictures.
+        OSError: The file cannot be written.
     """
     check_field(found.robot, field)
     grid = found.grid
@@ -142,7 +143,7 @@ def plot_map(
             by_label.values(), by_label.keys(), loc="lower center", ncols=3, fontsize="small"
         )
     figure.suptitle(f"{found.robot.description.name}: {_held_text(found)}")
-    figure.savefig(file, dpi=120)
+    save_figure(figure, file)
 
 
 def _name_axes(axes: Any, found: WorkspaceMap, plane: int) -> None:

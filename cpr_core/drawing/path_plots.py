@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidRequest
 from ..solving.find_equilibria import FoundEquilibrium
 from ..solving.trace import Trace
 from .robot_drawing import draw_equilibrium, set_equal_scale
 
-__all__ = ["new_figure", "plot_equilibria", "plot_trace"]
+__all__ = ["new_figure", "plot_equilibria", "plot_trace", "save_figure"]
 
 #: Colours that the colour-blind tell apart (Okabe and Ito).
 _BLUE, _ORANGE, _GREEN, _RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -69,7 +70,7 @@ def plot_trace(found: Trace, file: Path) -> None:
         if not by_step:
             _mark_events(axes, found, place == 4)
     figure.suptitle(found.robot.description.name)
-    figure.savefig(file, dpi=120)
+    save_figure(figure, file)
 
 
 def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path, most: int = 24) -> None:
@@ -104,7 +105,7 @@ def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path, most: int = 2
     name = found[0].equilibrium.robot.description.name
     more = f", {left} of higher energy not drawn" if left else ""
     figure.suptitle(f"{name}: {len(found)} equilibria{more}; blue: stable with the motors held")
-    figure.savefig(file, dpi=110)
+    save_figure(figure, file, dpi=110.0)
 
 
 def _mark_events(axes: Any, found: Trace, named: bool) -> None:
@@ -122,6 +123,19 @@ def _mark_events(axes: Any, found: Trace, named: bool) -> None:
 def _motor_units(found: Trace) -> str:
     units = {motor.unit for motor in found.robot.description.motors}
     return " or ".join(sorted(units))
+
+
+def save_figure(figure: Any, file: str | Path, dpi: float = 120.0) -> None:
+    """Write a figure.
+
+    Raises:
+        InvalidRequest: The ending names no format of pictures.
+        OSError: The file cannot be written.
+    """
+    try:
+        figure.savefig(file, dpi=dpi)
+    except ValueError as error:  # matplotlib lists what endings there are
+        raise InvalidRequest("file", f"{file}: cannot be drawn to: {error}") from None
 
 
 def new_figure(size: tuple[float, float]) -> Any:

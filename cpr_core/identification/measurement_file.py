@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..description.loads import WRENCH_NAMES, Loads
+from ..description.loads import WRENCH_NAMES, Loads, compared
 from ..errors import InvalidRequest
 from ..lie import quaternion_from_rotation
-from ..model.equilibrium import Equilibrium
+from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..model.robot import Robot
 from .measurements import Measurement, StandardDeviations, driven_by
 
@@ -185,20 +185,24 @@ def write_poses(
     file: str | Path,
     equilibria: Sequence[Equilibrium],
     deviations: StandardDeviations | None = None,
+    *,
+    loads: Loads | None = None,
 ) -> None:
     """Write motors, wrench and expected poses: to be measured, and replaced by what is.
 
-    Of a robot with a tracker they are those that the tracker is expected to tell.
+    Of a robot with a tracker they are those that the tracker is expected to tell. Of loads a file has
+    ``wrench_world`` only: others are those that ``read_measurements`` is told.
 
     Args:
         file: CSV file to write, in the format ``read_measurements`` takes.
         equilibria: What to go to, of one robot.
         deviations: Of what will be measured: poses without one are left out; default all are written.
+        loads: What acts beside their wrenches; default what the description names.
 
     Raises:
-        InvalidRequest: The file cannot be written.
+        InvalidRequest: No equilibria, or of several robots; other loads; or the file cannot be written.
     """
-    robot = equilibria[0].robot
+    robot = _checked_poses(equilibria, loads)
     # No wrench is told too where the description has one: a row without cells stands for that.
     acting = [robot.default_loads, *(equilibrium.loads for equilibrium in equilibria)]
     loaded = any(loads.wrench_world.any() for loads in acting)
@@ -218,6 +222,33 @@ def write_poses(
                 writer.writerow([f"{values[name]:.9g}" for name in header])
     except OSError as error:
         raise InvalidRequest("out", f"{file}: cannot be written: {error}") from None
+
+
+def _checked_poses(equilibria: Sequence[Equilibrium], loads: Loads | None) -> Robot:
+    """The robot whose equilibria these are.
+
+    Raises:
+        InvalidRequest: None are, or they are not of one robot under these loads but for a wrench.
+    """
+    if not isinstance(equilibria, Sequence) or not equilibria:
+        raise InvalidRequest("equilibria", f"expected a list of equilibria, got {equilibria!r:.80}")
+    for equilibrium in equilibria:
+        check_equilibrium(equilibrium)
+    robot = equilibria[0].robot
+    known = robot.default_loads if loads is None else loads
+    for number, equilibrium in enumerate(equilibria):
+        if equilibrium.robot is not robot:
+            raise InvalidRequest(
+                f"equilibria[{number}]", "expected one of the same robot as the first"
+            )
+        alike = equilibrium.loads.with_(wrench_world=known.wrench_world)
+        if compared(alike) != compared(known):
+            raise InvalidRequest(
+                f"equilibria[{number}]",
+                "acted on by more than a file has of loads, which is wrench_world: give the others, "
+                "the same for all rows, as loads here and to read_measurements",
+            )
+    return robot
 
 
 def _values(equilibrium: Equilibrium) -> Mapping[str, float]:

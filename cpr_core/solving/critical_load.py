@@ -61,11 +61,13 @@ def critical_load_factor(
 
     Raises:
         InvalidRequest: The start is unstable or its loads have no potential.
-        MotorLimitExceeded: Before that, a motor would give more than its effort.
-        StrainLimitExceeded: Before that, a rod would yield.
+        MotorLimitExceeded: Before that, a motor would give more than its effort; ``fraction`` is that of
+            the way to the limit.
+        StrainLimitExceeded: Before that, a rod would yield; the same holds.
     """
     check_equilibrium(equilibrium)
-    return _trace(equilibrium, equilibrium.loads.scaled, 1.0, 0.1, limit, motors_are)
+    factor = "at a factor of {:.6g} on the loads".format
+    return _trace(equilibrium, equilibrium.loads.scaled, 1.0, 0.1, limit, motors_are, factor)
 
 
 def critical_load(
@@ -89,8 +91,9 @@ def critical_load(
 
     Raises:
         InvalidRequest: The start is unstable, its loads have no potential, or no direction is given.
-        MotorLimitExceeded: Before that, a motor would give more than its effort.
-        StrainLimitExceeded: Before that, a rod would yield.
+        MotorLimitExceeded: Before that, a motor would give more than its effort; ``fraction`` is that of
+            the way to the limit.
+        StrainLimitExceeded: Before that, a rod would yield; the same holds.
     """
     check_equilibrium(equilibrium)
     axis = checked_vector("direction", direction, 3, "x y z in the world")
@@ -108,7 +111,8 @@ def critical_load(
         return start.with_(wrench_world=wrench)
 
     largest = 1e3 * natural if limit is None else limit
-    return _trace(equilibrium, loads, 0.0, 0.1 * natural, largest, motors_are)
+    force = "at a force of {:.6g} N".format
+    return _trace(equilibrium, loads, 0.0, 0.1 * natural, largest, motors_are, force)
 
 
 def _trace(
@@ -118,8 +122,12 @@ def _trace(
     step: float,
     limit: float,
     motors_are: MotorReading,
+    in_words: Callable[[float], str],
 ) -> CriticalLoad | None:
-    """Raise the load until the smallest eigenvalue is negative or the branch ends, then bisect."""
+    """Raise the load until the smallest eigenvalue is negative or the branch ends, then bisect.
+
+    Limits that are passed on the way are told with a fraction of all of it, and in words.
+    """
     robot, limit = start.robot, checked_number("limit", limit)
     if not limit > value:
         least, given = distinct(value, limit, fewest=6)
@@ -142,7 +150,9 @@ def _trace(
         except (MotorLimitExceeded, StrainLimitExceeded) as error:
             # A walk goes on where stability is lost: that may have been before the limit.
             if error.last is None or spectrum(error.last, motors_are).smallest > 0.0:
-                raise
+                reached = low + error.fraction * (target - low)
+                part = (reached - value) / (limit - value)
+                raise error.on_longer_way(part, in_words(reached)) from None
             high, beyond = target, "crossing"
             continue
         except NoSolution as error:

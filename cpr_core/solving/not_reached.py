@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 from ..errors import CprError
 from ..model.equilibrium import Equilibrium
 from .distinct_numbers import distinct
@@ -72,7 +74,33 @@ class TimeLimitExceeded(NotReached):
     code = "TIMED_OUT"
 
 
-class MotorLimitExceeded(NotReached):
+class _LimitPassed(NotReached):
+    """A limit is passed on the way."""
+
+    def __init__(
+        self,
+        what: str,
+        fraction: float,
+        last: Equilibrium | None,
+        event: PathEvent | None,
+        doubt: str = "",
+    ) -> None:
+        """Name the limit, where it is passed, and what looks wrong."""
+        self._what, self._doubt = what, doubt
+        place = f"after {100.0 * fraction:.2f} % of the way" if fraction < 1.0 else ""
+        super().__init__(self._words(place), fraction, last, event)
+
+    def _words(self, place: str) -> str:
+        passed = f", it is passed {place}" if place else ""
+        return f"{self._what}{passed}" + (f"; {self._doubt}" if self._doubt else "")
+
+    def on_longer_way(self, fraction: float, place: str) -> Self:
+        """The same, of a way of which this was a part: how far on it, and where in words."""
+        self.fraction, self.args = fraction, (self._words(place),)
+        return self
+
+
+class MotorLimitExceeded(_LimitPassed):
     """A motor would have to leave its position range or give more than its effort.
 
     Attributes:
@@ -102,17 +130,11 @@ class MotorLimitExceeded(NotReached):
         """
         self.motor, self.quantity, self.value, self.limits = motor, quantity, value, limits
         told, lower, upper = distinct(value, *limits, fewest=6)
-        super().__init__(
-            f"{motor}: {quantity} {told} {unit} is outside its limits [{lower}, {upper}]"
-            + _place(fraction)
-            + (f"; {doubt}" if doubt else ""),
-            fraction,
-            last,
-            event,
-        )
+        what = f"{motor}: {quantity} {told} {unit} is outside its limits [{lower}, {upper}]"
+        super().__init__(what, fraction, last, event, doubt)
 
 
-class StrainLimitExceeded(NotReached):
+class StrainLimitExceeded(_LimitPassed):
     """A rod would yield.
 
     Attributes:
@@ -135,13 +157,5 @@ class StrainLimitExceeded(NotReached):
         """Name the leg, its strain and the limit."""
         self.leg, self.value, self.limit = leg, value, limit
         told, most = distinct(value, limit, fewest=6)
-        super().__init__(
-            f"{leg}: bending strain {told} is above its yield strain {most}" + _place(fraction),
-            fraction,
-            last,
-            event,
-        )
-
-
-def _place(fraction: float) -> str:
-    return f", it is passed after {100.0 * fraction:.2f} % of the way" if fraction < 1.0 else ""
+        what = f"{leg}: bending strain {told} is above its yield strain {most}"
+        super().__init__(what, fraction, last, event)

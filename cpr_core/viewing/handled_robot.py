@@ -187,14 +187,22 @@ class HandledRobot:
             self.words = "at home"
         return reached
 
+    def check_shown(self, equilibrium: Equilibrium) -> None:
+        """Whether an equilibrium is one of the robot that is shown.
+
+        Raises:
+            InvalidRequest: Another robot's, be it the same with other numbers or another copy of it.
+        """
+        if equilibrium.robot is not self.robot:
+            raise InvalidRequest("equilibrium", "expected one of the robot that is shown")
+
     def take(self, equilibrium: Equilibrium, words: str) -> None:
         """Jump to an equilibrium of the same robot, on whatever branch: it was chosen by hand.
 
         Raises:
             InvalidRequest: Another robot's.
         """
-        if equilibrium.robot is not self.robot:
-            raise InvalidRequest("equilibrium", "expected one of the robot that is shown")
+        self.check_shown(equilibrium)
         self._remember("take")
         self._last = -np.inf
         self.equilibrium, self.refused, self.words = equilibrium, None, words

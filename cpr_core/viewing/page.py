@@ -14,7 +14,7 @@ import numpy as np
 
 from ..drawing.robot_lines import equilibrium_lines
 from ..errors import CprError, InvalidRequest
-from ..model.equilibrium import Equilibrium
+from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..model.robot import Robot
 from ..solving.trace import Trace
 from .background import Background
@@ -132,7 +132,13 @@ class Page:
         self._mailbox.ask(name, lambda: self._act(action))
 
     def show(self, equilibrium: Equilibrium, words: str = "shown") -> None:
-        """Show an equilibrium of the robot."""
+        """Show an equilibrium of the robot.
+
+        Raises:
+            InvalidRequest: No equilibrium, or one of another robot than the page shows now.
+        """
+        check_equilibrium(equilibrium)
+        self._handled.check_shown(equilibrium)
         self.do("show", lambda handled: handled.take(equilibrium, words))
 
     def wait(self, timeout: float = 60.0) -> bool:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from ..errors import CprError, InvalidRequest
+from ..validation import checked_count
 from .own_loop_event import OwnLoopEvent
 
 if TYPE_CHECKING:
@@ -147,6 +148,9 @@ def _silent() -> Iterator[None]:
 
 def _check_free(host: str, port: int) -> None:
     """Viser would take the next free port without a word."""
+    if not isinstance(host, str):
+        raise InvalidRequest("host", f"expected an address in words, got {host!r:.80}")
+    checked_count("port", port, 0, 65535)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         with socket.socket(family, socket.SOCK_STREAM) as probe:

@@ -23,6 +23,7 @@ from ..validation import (
     checked_matrix,
     checked_number,
     checked_vector,
+    checked_word,
 )
 from .orientations import Orientation
 
@@ -290,6 +291,8 @@ def _grid(
     names, units = imposed.names, imposed.units
     if len(vary) < 2:
         raise InvalidRequest("grid", f"expected at least two axes, got {len(vary)}")
+    for name in resolution if isinstance(resolution, Mapping) else ():
+        checked_word("resolution", name, tuple(vary))
     origin, rows, axis_units = np.zeros(len(names)), [], []
     for name, value in held.items():
         origin[_known(name, names)] = _finite(name, value)

@@ -315,6 +315,19 @@ def test_nothing_that_is_read_is_written_over(capsys, tmp_path, link):
         )
 
 
+def test_measurements_are_not_written_over(capsys, tmp_path):
+    """The file of proposed poses is the one that measured ones are written into."""
+    file = tmp_path / "data.csv"
+    common = ("measure", "rfrfr", "--count", 2, "--reach", 0.1, "--parameters", PATHS[0])
+    common += ("--deviations", DEVIATION, "--out", file)
+    file.write_text("measured")
+    message = lost(capsys, (file,), *common)
+    assert message.startswith(f"--out: {file} is there already: ") and "--replace" in message
+    status, _, error = run(capsys, *common, "--replace")
+    assert (status, error) == (0, "")
+    assert file.read_text().startswith("motor1,motor2,")
+
+
 def test_a_shipped_description_is_not_written_over(capsys, tmp_path, monkeypatch):
     file = tmp_path / "shipped.yaml"  # a copy, lest the test itself loses it
     file.write_text(shipped_robots()["rfrfr"].read_text())

@@ -81,6 +81,8 @@ def test_motors_of_any_name_are_mapped(capsys, tmp_path):
         (("--slice", "x"), "expected NAME=A or NAME=A:B"),
         (("--slice", "x=0:1", "q=0:1"), "out of x, y"),
         ((*SMALL, "--plot", "map.png", "--field", "beauty"), "field: expected index, "),
+        ((*SMALL, "--field", "beauty"), "field: expected index, "),
+        ((*SMALL, "--restart"), "restart: expected --out FILE with it"),
     ],
 )
 def test_bad_requests_are_refused(capsys, tmp_path, monkeypatch, arguments, text):
@@ -147,6 +149,8 @@ def test_every_field_can_be_drawn(tmp_path):
         assert file.stat().st_size > 10_000
     with pytest.raises(InvalidRequest, match="field"):
         plot_map(found, tmp_path / "no.png", field="no")
+    with pytest.raises(InvalidRequest, match=r"no\.pngg: cannot be drawn to: .*png"):
+        plot_map(found, tmp_path / "no.pngg")
 
 
 def test_slices_of_three_dimensions_are_drawn(tmp_path):

@@ -42,6 +42,38 @@ def test_poses_that_are_written_are_measurements(spatial, tmp_path, loaded):
         assert force == ([0, 0, 0, 0, 0, -1] if loaded else None)
 
 
+@pytest.mark.parametrize(
+    "others",
+    [{"wrench_body": [0, 0, 0, 0, 0, -1]}, {"gravity": [0, 0, -5]}, {"rod_force": [1, 0, 0]}],
+)
+def test_loads_that_a_file_does_not_have_are_given_beside_it(spatial, tmp_path, others):
+    """They were left out without a word, and calibrated with others."""
+    loads = spatial.default_loads.with_(**others)
+    file, start = tmp_path / "poses.csv", cpr_core.solve_home(spatial)
+    pushed = loads.with_(wrench_world=[0, 0, 0, 0, 0, -1])
+    found = [
+        cpr_core.solve_forward(spatial, start.motors, loads=acting) for acting in (loads, pushed)
+    ]
+    with pytest.raises(InvalidRequest, match=r"equilibria\[0\]: .* as loads here and to read_"):
+        write_poses(file, found)
+    assert not file.exists()
+    write_poses(file, found, loads=loads)
+    for row, each in zip(read_measurements(spatial, file, loads), found, strict=True):
+        again = cpr_core.solve_forward(spatial, row.motors, loads=row.loads)
+        assert again.platform_position == pytest.approx(each.platform_position, abs=1e-7)
+
+
+def test_what_are_no_equilibria_of_one_robot_leaves_the_file_alone(robot, spatial, tmp_path):
+    """Two robots whose motors have the same names were mixed; others left half a file."""
+    file = tmp_path / "poses.csv"
+    file.write_text("measured")
+    homes = [cpr_core.solve_home(cpr_core.load_robot(name)) for name in ("six_rus", "six_rfs")]
+    for wrong in ([], homes[0], [*homes], [cpr_core.solve_home(robot), homes[0]], [1.0]):
+        with pytest.raises(InvalidRequest, match="equilibri"):
+            write_poses(file, wrong)
+    assert file.read_text() == "measured"
+
+
 @pytest.mark.parametrize("force", [0.0, -1.0, -2.5])
 def test_a_wrench_that_is_not_the_description_s_is_written_though_it_is_none(tmp_path, force):
     """Poses without a wrench were read as those of the description's."""

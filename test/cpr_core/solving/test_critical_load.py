@@ -9,7 +9,15 @@ from helpers.columns import AT_TIP, BENDING, LENGTH, Guided, column
 from helpers.yaml_content import yaml_content
 from scipy.optimize import brentq
 
-from cpr_core import InvalidRequest, Loads, NoSolution, load_robot, solve_forward, solve_home
+from cpr_core import (
+    InvalidRequest,
+    Loads,
+    MotorLimitExceeded,
+    NoSolution,
+    load_robot,
+    solve_forward,
+    solve_home,
+)
 from cpr_core.description import joints, motors
 from cpr_core.description.chain import Link, Turn
 from cpr_core.description.description_file import shipped_robots
@@ -127,6 +135,35 @@ def test_a_limit_that_is_met_after_stability_is_lost_hides_nothing():
     assert found[0].kind == found[1].kind == "crossing"
     assert found[0].value == pytest.approx(found[1].value, rel=1e-7)
     assert np.abs(found[0].equilibrium.efforts).max() < 2.0
+
+
+def test_a_limit_on_the_way_is_told_of_the_whole_way():
+    """It was told of a step of the load, whose size nobody knows."""
+    home = solve_home(load_robot("planar_body"))
+    for limit in (400.0, 4000.0):
+        with pytest.raises(
+            MotorLimitExceeded, match=r"it is passed at a force of [0-9.]+ N$"
+        ) as told:
+            critical_load(home, [0.0, -1.0, 0.0], limit=limit)
+        force = float(str(told.value).split()[-2])
+        assert told.value.fraction == pytest.approx(force / limit, rel=1e-5)
+        for part, within in ((0.999, True), (1.001, False)):
+            loads = home.loads.with_(wrench_world=[0, 0, 0, 0, -part * force, 0])
+            if within:
+                solve_forward(home.robot, home.motors, loads=loads)
+            else:
+                with pytest.raises(MotorLimitExceeded):
+                    solve_forward(home.robot, home.motors, loads=loads)
+    pushed = solve_forward(
+        home.robot, home.motors, loads=home.loads.with_(wrench_world=[0] * 4 + [-50, 0])
+    )
+    with pytest.raises(
+        MotorLimitExceeded, match=r"it is passed at a factor of [0-9.]+ on the loads$"
+    ) as told:
+        critical_load_factor(pushed, limit=9.0)
+    factor = float(str(told.value).split()[-4])
+    assert told.value.fraction == pytest.approx((factor - 1.0) / 8.0, rel=1e-5)
+    assert factor == pytest.approx(force / 50.0, rel=0.05)  # with the weights
 
 
 @pytest.mark.parametrize("torsion", [0, 1])

@@ -21,6 +21,7 @@ import websockets.exceptions
 from websockets.sync.client import connect
 
 import cpr_core
+from cpr_core import InvalidRequest
 from cpr_core.viewing.server import MissingViewer, origin_problem
 from cpr_core.workspace import map_workspace, pose_grid
 
@@ -188,6 +189,24 @@ def test_a_port_that_is_taken_is_an_error(page, robot):
         cpr_core.view(robot, port=port_of(page))
     with pytest.raises(cpr_core.InvalidRequest, match=r"192\.0\.2\.1"):
         cpr_core.view(robot, host="192.0.2.1")
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"port": "8080"}, {"port": 70000}, {"port": True}, {"host": None}]
+)
+def test_addresses_that_are_none_are_refused(robot, wrong):
+    """Errors of Python, which tell nobody."""
+    with pytest.raises(InvalidRequest, match=rf"^{next(iter(wrong))}: expected "):
+        cpr_core.view(robot, **wrong)
+
+
+def test_what_is_not_of_the_robot_is_not_shown(page):
+    """Only the page said so, in the browser."""
+    before = page.equilibrium
+    for other in (cpr_core.solve_home(cpr_core.load_robot("six_rfs")), [1, 2]):
+        with pytest.raises(InvalidRequest, match="equilibrium: expected "):
+            page.show(other)
+    assert page.wait() and page.equilibrium is before
 
 
 def test_what_is_not_of_the_robot_is_refused(robot, tmp_path):

@@ -34,6 +34,7 @@ MOTORS = {"motor1": [2.0, 3.0], "motor2": [0.0, 1.0]}
         ),
         (AXES, {}, {"directions": {"x": "y"}}, "directions of x: expected values by name, got 'y'"),
         (AXES, {}, {"directions": "x"}, "directions: expected values by name, got 'x'"),
+        (AXES, {}, {"resolution": {"X": 0.1, "y": 0.2}}, "resolution: expected x or y, got 'X'"),
         (AXES, {}, {"resolution": "fine"}, "x: resolution: expected a number, got 'fine'"),
         (AXES, ["z"], {}, r"held: expected values by name, got \['z'\]"),
         ("xy", {}, {}, "vary: expected values by name, got 'xy'"),
