@@ -18,6 +18,8 @@ from cpr_core import CprError, Equilibrium, Robot, WrenchEstimate, estimate_wren
 from cpr_core.model.world_response import effort_units
 from cpr_core.solving.distinct_numbers import distinct
 
+from .judged_steps import LARGEST_CHANGE
+from .steps import change_between
 from .watchdog import Watchdog
 
 __all__ = ["FeltWrench", "WrenchSettings"]
@@ -75,6 +77,7 @@ class FeltWrench:
         self.settings = settings
         self.with_pose = False
         self._last: WrenchEstimate | None = None
+        self._near: Equilibrium | None = None
         self._motors: tuple[float, Floats] | None = None
         self._speed = 0.0  # of the fastest motor [rad/s, rod lengths/s]
         self._pose: tuple[float, Floats] | None = None
@@ -118,6 +121,9 @@ class FeltWrench:
         """
         if self.watchdog.age(now) > _FORGET:
             self._last, self._motors = None, None
+        if self._near is not None and change_between(self._near, near) > LARGEST_CHANGE:
+            self._last = None  # of another branch than the node has the robot on now
+        self._near = near
         self.watchdog.feed(now)
         if 0.0 < self.settings.timeout < now - time:
             self.refuse("stale", self._old(now - time))

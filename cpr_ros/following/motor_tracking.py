@@ -5,7 +5,10 @@
 
 from __future__ import annotations
 
-from numpy.typing import ArrayLike
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from cpr_core import Loads, Robot
 from cpr_core.model.assessment import Assessment
@@ -21,6 +24,8 @@ from .supervision import Refusal, State
 from .watchdog import Watchdog
 
 __all__ = ["MotorTracking"]
+
+Floats = NDArray[np.float64]
 
 #: Longest way in one tick [rad, rod lengths]: stability is looked at in between.
 LONGEST_WAY = 0.1
@@ -51,6 +56,8 @@ class MotorTracking:
         self.robot, self.watchdog = robot, Watchdog(timeout)
         self._judge = judge
         self._goal: MotorGoal | None = None
+        self._taken = self._told = -math.inf
+        self._velocity = np.zeros(robot.motor_count)
         self._beyond = ""
         self._refused = RefusedStep()
         self.at_rest = False
@@ -58,7 +65,7 @@ class MotorTracking:
     def take(self, motors: ArrayLike, now: float) -> None:
         """Take measured motors, (n,) [rad or m]; the newest count."""
         within, self._beyond = within_range(self.robot, motors)
-        self._goal = MotorGoal(self.robot, within)
+        self._goal, self._taken = MotorGoal(self.robot, within), now
         self.watchdog.feed(now)
         self.at_rest = False
 
@@ -66,6 +73,22 @@ class MotorTracking:
         """Be as if no measured motors had ever come."""
         self._goal, self.at_rest = None, False
         self.watchdog.forget()
+
+    def velocity(self, way: Floats, period: float) -> Floats:
+        """How fast the measured motors are, (n,) [rad/s or m/s]: until they are measured again.
+
+        Args:
+            way: Of the motors in the last tick, (n,) [rad or m].
+            period: Of ticks [s].
+        """
+        if self.at_rest:
+            self._velocity = np.zeros(len(way))
+        elif self._taken > self._told:
+            # Between two measurements, not between two ticks, of which one or many may be in between.
+            self._velocity, self._told = way / max(period, self._taken - self._told), self._taken
+        elif way.any():
+            self._velocity = way / period  # on the way to where they have jumped
+        return self._velocity
 
     def tick(self, current: Assessment, loads: Loads, now: float) -> Outcome:
         """Follow the motors; parameters as in :meth:`SetpointFollower.tick`."""

@@ -343,11 +343,15 @@ class Trajectories:
         motion, self.running = self.running, None
         if motion is None:
             return
-        if self._follower.goal is motion.goal:  # else something newer has come since the last tick
-            self._follower.drop(ending.message)
-            if self.coming is not None:
-                self.coming.after, self.coming.cut_off = self._follower.orders, True
-        motion.told(ending)
+        try:
+            if (
+                self._follower.goal is motion.goal
+            ):  # else something newer has come since the last tick
+                self._follower.drop(ending.message)
+                if self.coming is not None:
+                    self.coming.after, self.coming.cut_off = self._follower.orders, True
+        finally:  # nobody else will tell
+            motion.told(ending)
 
     @staticmethod
     def _time(motion: Motion) -> float:

@@ -39,11 +39,12 @@ def main(arguments: list[str]) -> int:
     os.nice(NICENESS)
     connection: Connection = Connection(int(arguments[0]))
     order: MapOrder = pickle.load(sys.stdin.buffer)
-    ended = threading.Event()
-    threading.Thread(target=_listen, args=(connection, order, ended), daemon=True).start()
+    ended, begun = threading.Event(), threading.Event()
+    listening = (connection, order, ended, begun)
+    threading.Thread(target=_listen, args=listening, daemon=True).start()
     answer: MapSummary | MapFailure
     try:
-        answer = _made(order, connection, ended)
+        answer = _made(order, connection, ended, begun)
     except Exception as error:
         if not isinstance(error, CprError):
             traceback.print_exc()
@@ -53,21 +54,30 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def _listen(connection: Connection, order: MapOrder, ended: threading.Event) -> None:
-    """End the map when the node says so or is gone, and the process soon afterwards."""
+def _listen(
+    connection: Connection, order: MapOrder, ended: threading.Event, begun: threading.Event
+) -> None:
+    """End the map when the node says so or is gone, and the process soon afterwards.
+
+    At once where no cell is made yet, as nothing is lost: kernels may have to be compiled before.
+    """
     with suppress(EOFError, OSError):
         connection.recv()
     ended.set()
-    time.sleep(PATIENCE)
+    if begun.is_set():
+        time.sleep(PATIENCE)
     unfinished_file(order.file, os.getpid()).unlink(missing_ok=True)
     os._exit(1)
 
 
-def _made(order: MapOrder, connection: Connection, ended: threading.Event) -> MapSummary:
+def _made(
+    order: MapOrder, connection: Connection, ended: threading.Event, begun: threading.Event
+) -> MapSummary:
     begin: tuple[float, int] | None = None  # time, and cells a resumed map has done already
 
     def tell(state: Progress) -> None:
         nonlocal begin
+        begun.set()
         now = time.monotonic()
         begin = begin or (now, state.done)
         duration, done = now - begin[0], state.done - begin[1]

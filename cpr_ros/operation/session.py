@@ -58,7 +58,7 @@ class Session:
         commands: Where the motors are sent, if the node moves them.
         first_step: Judges ahead, at rest, what a motor setpoint may ask for.
         outcome: Of the last tick.
-        velocity: Of the motors in the last tick, (n,) [rad/s or m/s].
+        velocity: Of the motors in the last tick, or between the last measurements, (n,) [rad/s, m/s].
         unplaced: Whether the first measured motors say where the robot is; until it moves.
         measured: Measured motors of a robot that the node moves.
         others: Whether measured motors are elsewhere than the node has sent them.
@@ -274,7 +274,8 @@ class Session:
         after, state = self.outcome.assessment.equilibrium, self.outcome.state
         arrived = state == State.IDLE or self.follower.arrived(after)
         self.loop.note(after, self.follower.goal, state, arrived, now)
-        self.velocity = (after.motors - self._before.equilibrium.motors) / self.period
+        way, tracking = after.motors - self._before.equilibrium.motors, self.tracking
+        self.velocity = tracking.velocity(way, self.period) if tracking else way / self.period
         self.trajectories.after_tick(self.outcome, now)
 
     def look_around(self, now: float, resting: bool) -> None:

@@ -622,6 +622,20 @@ def test_cancelled_it_holds_from_the_next_tick_on(rfrfr):
     assert 0.2 < motion.goal.time <= 0.26
 
 
+def test_its_end_is_told_whatever_fails_meanwhile(rfrfr, monkeypatch):
+    """Its action waited for a result for ever, and whoever cancelled it too."""
+    motion, endings = rfrfr.begin([2.0], [[0.8, -0.8]])
+    rfrfr.tick()
+
+    def fails(*_):
+        raise ArithmeticError("forced by a test")
+
+    monkeypatch.setattr(rfrfr.follower, "drop", fails)
+    with pytest.raises(ArithmeticError):
+        rfrfr.trajectories.cancel(motion)
+    assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
+
+
 @pytest.mark.parametrize("start_in", [None, 0.6])
 @pytest.mark.parametrize("ended_by", ["cancelled", "tolerance"])
 def test_when_the_older_one_ends_early_the_newer_one_goes_on_from_where_that_holds(

@@ -7,6 +7,7 @@ import io
 import multiprocessing
 import os
 import pickle
+import threading
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,9 +17,28 @@ from helpers.workspace_cases import rfrfr, small_map
 
 from cpr_core import NoInverseSolution
 from cpr_core.workspace import pose_grid, summary_of
+from cpr_core.workspace.map_files import unfinished_file
 from cpr_core.workspace.store import read_map
 from cpr_ros.maps import map_worker
 from cpr_ros.maps.map_order import MapFailure, MapState
+
+
+@pytest.mark.parametrize("begun", [False, True])
+def test_who_is_told_to_stop_has_time_to_save_what_there_is(monkeypatch, tmp_path, begun):
+    """While kernels were compiled a cancelled map was waited for as long as one that has to be saved."""
+    order, slept, left = small_order(tmp_path / "map.nc"), [], []
+    monkeypatch.setattr(map_worker.time, "sleep", slept.append)
+    monkeypatch.setattr(os, "_exit", left.append)
+    unfinished = unfinished_file(order.file, os.getpid())
+    unfinished.write_text("half")
+    ended, making = threading.Event(), threading.Event()
+    if begun:
+        making.set()
+    node, worker = multiprocessing.Pipe()
+    node.send("stop")
+    map_worker._listen(worker, order, ended, making)
+    assert ended.is_set() and left == [1] and not unfinished.exists()
+    assert slept == ([map_worker.PATIENCE] if begun else [])
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
+from helpers.branches import stable_elsewhere
 from helpers.drive import robot
 from numpy.testing import assert_allclose
 from sensor_msgs.msg import JointState
@@ -276,3 +277,18 @@ def test_a_push_that_a_message_calls_unfelt_is_not_felt():
         # What is left is of second order in the push.
         felt = np.abs(pushed.efforts - home.efforts).max()
         assert felt < 1e-2 * push * home.robot.mean_length
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "four_rfr"])
+def test_it_is_that_of_the_branch_the_node_has_the_robot_on(name):
+    """After a solution of another branch was applied it went on from the last estimate."""
+    made = robot(name)
+    felt = FeltWrench(made, SETTINGS)
+    now = 1.0
+    for place in (solve_home(made), stable_elsewhere(made), solve_home(made)):
+        for _ in range(3):
+            now += 0.02
+            found = felt.take(place.motors, place.efforts, now, now, place)
+            assert found is not None, felt.reason(now)
+            assert_allclose(found.wrench_world, 0.0, atol=1e-6)
+            assert_allclose(found.equilibrium.platform_position, place.platform_position, atol=1e-6)

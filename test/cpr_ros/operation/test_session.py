@@ -208,6 +208,32 @@ def test_motors_that_were_measured_before_an_activation_are_forgotten():
     assert (outcome.state, outcome.verdict.action) == (State.IDLE, Action.HALT)
 
 
+@pytest.mark.parametrize("every", [1, 3, 10, 41])
+def test_velocities_of_measured_motors_are_those_between_measurements(every):
+    """They were those of a tick, however many passed from one measurement to the next."""
+    bench, speed = Bench(motor_source="measured"), np.array([0.1, -0.2])
+    session, home = bench.session, solve_home(robot("rfrfr")).motors
+    told = []
+    for number in range(10 * every):
+        if number % every == 0:  # in between two ticks, as they come
+            since = bench.now + 0.3 * PERIOD
+            session.tracking.take(home + speed * since, since)
+        assert bench.tick().state == State.TRACKING
+        told.append(session.velocity)
+    np.testing.assert_allclose(told[3 * every :], np.tile(speed, (7 * every, 1)), rtol=1e-6)
+    session.tracking.take(home + speed * since, bench.now + 0.1)  # they stand
+    for _ in range(25):
+        bench.tick()
+    assert not session.velocity.any()
+    session.apply(replace(LIVE, measured_timeout=0.05), bench.now)
+    session.tracking.take(home + speed * since + 0.05, bench.now)
+    bench.tick()
+    assert session.velocity.any()
+    while bench.tick().state != State.STALE:
+        pass
+    assert not session.velocity.any()
+
+
 def test_the_wrench_of_an_applied_solution_outlives_one_that_is_long_gone(bench):
     """It was dropped in the next tick if any wrench had ever come."""
     session = bench.session
