@@ -151,13 +151,13 @@ class Client:
             assert time.monotonic() < end, "timed out"
             self.executor.spin_once(timeout_sec=0.05)
 
-    def call(self, kind: type, name: str, request: Any) -> Any:
+    def call(self, kind: type, name: str, request: Any, timeout: float = TIMEOUT) -> Any:
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = self.node.create_client(kind, name)
             assert client.wait_for_service(TIMEOUT), f"no service {name}"
         future = client.call_async(request)
-        self.spin_until(future.done)
+        self.spin_until(future.done, timeout)
         return future.result()
 
     def messages(self, kind: type, topic: str, count: int) -> list[Any]:
@@ -177,7 +177,8 @@ class Client:
 def change(client: Client, transition: int) -> bool:
     """Take the node through a transition of its life; whether it went."""
     request = ChangeState.Request(transition=Transition(id=transition))
-    return client.call(ChangeState, "/cpr_node/change_state", request).success
+    # To be configured it may have to compile.
+    return client.call(ChangeState, "/cpr_node/change_state", request, START_TIMEOUT).success
 
 
 @dataclass(frozen=True)

@@ -51,9 +51,16 @@ def test_measured_motors_are_tracked(observer):
         measure(2.59 + 0.005 * k, 0.55 - 0.005 * k)
         drive.spin(0.02)
     last = [2.59 + 0.005 * 59, 0.55 - 0.005 * 59]
-    measure(*last)
-    drive.until(lambda: np.allclose(drive.motors, last, atol=1e-12))
-    assert StabilityMetrics.STATE_TRACKING in {m.state for m in drive.all(StabilityMetrics)}
+
+    def tracked():
+        measure(*last)
+        states = {metrics.state for metrics in drive.all(StabilityMetrics)}
+        return (
+            np.allclose(drive.motors, last, atol=1e-12)
+            and StabilityMetrics.STATE_TRACKING in states
+        )
+
+    drive.until(tracked)
 
     # Nobody measures any more.
     drive.until_state(StabilityMetrics.STATE_STALE)

@@ -362,11 +362,13 @@ def test_feedback_says_what_the_stream_does_of_motors_that_do_not_follow(tmp_pat
         status, result = moves.move(**motors(HOME[0] + 0.5, HOME[1]))
         assert (status, result.error_code.val) == (ABORTED, ErrorCode.CONTROL_FAILED)
         assert "the motors do not follow" in result.error_code.message
-        told = [
-            feedback for feedback in moves.feedback if "wait for a motor" in feedback.status_text
-        ]
-        assert told
-        for feedback in told:
+
+        def told():
+            waits = "wait for a motor"
+            return [feedback for feedback in moves.feedback if waits in feedback.status_text]
+
+        drive.client.spin_until(told)  # the result may be taken first
+        for feedback in told():
             assert feedback.action == StabilityMetrics.ACTION_SLOW
             assert feedback.speed_scale == 0.5
         running.client.node.destroy_timer(timer)
