@@ -50,7 +50,10 @@ def _errors_table(errors: list[tuple[str, Any]]) -> list[str]:
     lines = [row("name", "kind of", "code", "meaning"), "|---|---|---|---|"]
     for name, error in errors:
         code = f"`{error.code}`" if hasattr(error, "code") else ""
-        lines.append(row(f"`{name}`", f"`{error.__base__.__name__}`", code, _first(error)))
+        base = next(
+            kind.__name__ for kind in error.__mro__[1:] if not kind.__name__.startswith("_")
+        )
+        lines.append(row(f"`{name}`", f"`{base}`", code, _first(error)))
     return lines
 
 

@@ -260,15 +260,18 @@ class _Search:
         """
         for part in _PARTS:
             end = self._end(start, wrench, residual, part)
-            if end.hindrance and len(end.felt.unfelt):
-                continue
-            break
+            if not end.hindrance or end.felt.count == len(wrench):
+                break
         if end.hindrance:
             raise self._lost(end, self.measured.doubt(unloaded))
         return self._estimate(end, unloaded)
 
     def _end(self, found: Equilibrium, wrench: Floats, residual: Floats, part: float) -> _End:
-        """Where Newton's method ends, that takes a part of the way along what is not felt."""
+        """Where Newton's method ends, which takes a part of the way along what is not felt.
+
+        Steps are mixed with those before: what is felt turns with the wrench, and by themselves they
+        may go around the end.
+        """
         felt = felt_directions(self.measured, world_response(found))
         mixed, hindrance = MixedSteps(len(wrench) - felt.count), ""
         for number in range(_STEPS):

@@ -344,9 +344,8 @@ class Trajectories:
         if motion is None:
             return
         try:
-            if (
-                self._follower.goal is motion.goal
-            ):  # else something newer has come since the last tick
+            # Else something newer has come since the last tick.
+            if self._follower.goal is motion.goal:
                 self._follower.drop(ending.message)
                 if self.coming is not None:
                     self.coming.after, self.coming.cut_off = self._follower.orders, True
