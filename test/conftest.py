@@ -14,7 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import gc
 import sys
 import tempfile
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 import pytest
@@ -104,10 +104,13 @@ def _alone(request: pytest.FixtureRequest, _room: Room):
 def _with_others(request: pytest.FixtureRequest, _room: Room, _alone: bool):
     """Tests that wait are not together with those alone; those that compute take nobody's time.
 
-    They have what processor time is left from then on: a node or a page is held up by none of them.
+    They have what processor time is left: a node or a page is held up by none of them.
     """
     computes = hasattr(request.config, "workerinput") and not waits(request.path)
-    if computes and hasattr(os, "SCHED_IDLE"):
-        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    if hasattr(os, "SCHED_IDLE"):
+        with suppress(PermissionError):  # not everybody may take it back
+            os.sched_setscheduler(
+                0, os.SCHED_IDLE if computes else os.SCHED_OTHER, os.sched_param(0)
+            )
     with nullcontext() if _alone or computes else _room.entered(alone=False):
         yield
