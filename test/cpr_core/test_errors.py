@@ -47,6 +47,7 @@ def arguments():
         NotReached: ("the branch folds back", *way),
         MotorLimitExceeded: ("motor1", "position", 2.0, (-1.0, 1.0), "rad", *way),
         StrainLimitExceeded: ("leg1", 0.02, 0.01, *way),
+        StrainLimitExceeded.__base__: ("a limit is passed", *way),
         MapNotWritten: (Path("map.nc"), small_map(), "no space left"),
     }
 
