@@ -64,8 +64,9 @@ class Whereabouts:
         """
         self._node, self._session, self._stop = node, session, stop
         self._from = parameters.start_from
-        #: Whether the robot is to go home from where it is measured; not where it was placed or moved.
-        self._home_ahead: bool | None = None
+        #: Whether the robot is to go home from where it is measured: once, and not from where it was
+        #: placed or moved.
+        self._home_ahead, self._looked = parameters.start_from == "home", False
         self._discovered = started + _DISCOVERY
         #: Why the robot can only be where it is measured; empty if it can be elsewhere.
         self._lost = ""
@@ -163,9 +164,9 @@ class Whereabouts:
         if self._from == "last":
             return
         publishers = self._publishers()
-        first = self._home_ahead is None
-        self._home_ahead = self._from == "home" and (first or self._session.unplaced)
-        self._session.unplaced = True
+        if self._looked and not self._session.unplaced:
+            self._home_ahead = False
+        self._looked = self._session.unplaced = True
         if not publishers and self._from != "measured":
             if self._lost:
                 raise CprError(
