@@ -56,7 +56,8 @@ class MotorTracking:
         self.robot, self.watchdog = robot, Watchdog(timeout)
         self._judge = judge
         self._goal: MotorGoal | None = None
-        self._taken = self._told = -math.inf
+        self._taken = -math.inf
+        self._told: tuple[float, Floats] | None = None
         self._velocity = np.zeros(robot.motor_count)
         self._beyond = ""
         self._refused = RefusedStep()
@@ -74,20 +75,22 @@ class MotorTracking:
         self._goal, self.at_rest = None, False
         self.watchdog.forget()
 
-    def velocity(self, way: Floats, period: float) -> Floats:
-        """How fast the measured motors are, (n,) [rad/s or m/s]: until they are measured again.
+    def velocity(self, period: float) -> Floats:
+        """How fast the motors were between their last measurements, (n,) [rad/s or m/s].
+
+        Of those that come more often than ticks, between the newest of each; 0 where they are stale.
 
         Args:
-            way: Of the motors in the last tick, (n,) [rad or m].
             period: Of ticks [s].
         """
-        if self.at_rest:
-            self._velocity = np.zeros(len(way))
-        elif self._taken > self._told:
-            # Between two measurements, not between two ticks, of which one or many may be in between.
-            self._velocity, self._told = way / max(period, self._taken - self._told), self._taken
-        elif way.any():
-            self._velocity = way / period  # on the way to where they have jumped
+        if self.at_rest or self._goal is None:
+            self._told, self._velocity = None, np.zeros(self.robot.motor_count)
+        elif self._told is None:
+            self._told = self._taken, self._goal.motors
+        elif self._taken > self._told[0]:
+            since, before = self._told
+            self._velocity = (self._goal.motors - before) / max(period, self._taken - since)
+            self._told = self._taken, self._goal.motors
         return self._velocity
 
     def tick(self, current: Assessment, loads: Loads, now: float) -> Outcome:

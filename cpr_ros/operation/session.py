@@ -274,8 +274,10 @@ class Session:
         after, state = self.outcome.assessment.equilibrium, self.outcome.state
         arrived = state == State.IDLE or self.follower.arrived(after)
         self.loop.note(after, self.follower.goal, state, arrived, now)
-        way, tracking = after.motors - self._before.equilibrium.motors, self.tracking
-        self.velocity = tracking.velocity(way, self.period) if tracking else way / self.period
+        if self.tracking is None:
+            self.velocity = (after.motors - self._before.equilibrium.motors) / self.period
+        else:
+            self.velocity = self.tracking.velocity(self.period)
         self.trajectories.after_tick(self.outcome, now)
 
     def look_around(self, now: float, resting: bool) -> None:

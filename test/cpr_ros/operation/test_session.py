@@ -208,10 +208,15 @@ def test_motors_that_were_measured_before_an_activation_are_forgotten():
     assert (outcome.state, outcome.verdict.action) == (State.IDLE, Action.HALT)
 
 
-@pytest.mark.parametrize("every", [1, 3, 10, 41])
-def test_velocities_of_measured_motors_are_those_between_measurements(every):
-    """They were those of a tick, however many passed from one measurement to the next."""
-    bench, speed = Bench(motor_source="measured"), np.array([0.1, -0.2])
+@pytest.mark.parametrize(
+    ("every", "speed"), [(1, 0.1), (3, 0.1), (10, 0.1), (41, 0.1), (10, 3.0), (40, 0.6)]
+)
+def test_velocities_of_measured_motors_are_those_between_measurements(every, speed):
+    """They were those of a tick, however many passed from one measurement to the next.
+
+    Fast ones are walked after in several ticks.
+    """
+    bench, speed = Bench(motor_source="measured"), speed * np.array([0.5, -1.0])
     session, home = bench.session, solve_home(robot("rfrfr")).motors
     told = []
     for number in range(10 * every):
