@@ -43,9 +43,12 @@ _LONGEST = LONGEST_STEP * EFFORT_UNIT
 _STEPS, _HALVINGS = 50, 10
 #: Why it is given up: near the border of stability, where steps become ever shorter, or beside it.
 _BORDER = "no stable equilibrium goes on from one"
-_ENDLESS = f"{_STEPS} steps did not end, the last is"
-#: Parts of the way along what is not felt: where the whole leads nowhere, less of it is tried.
-_PARTS = (1.0, 0.3)
+_ENDLESS = "the steps of Newton's method did not end, the last is"
+#: How the way along what is not felt is gone, one after the other where one leads nowhere: what part of
+#: it is taken, and whether steps are mixed.
+_WAYS = ((1.0, False), (1.0, True), (0.3, True))
+#: Steps that are not mixed and have not become shorter for so long go around the end.
+_AROUND = 16
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,7 +57,7 @@ class WrenchEstimate(ReadOnlyArrays):
 
     Attributes:
         wrench_world: Moment, then force on the platform at its origin, in world axes, beyond ``loads``;
-            of those that explain the measurements equally well the smallest, (6,) [N m, N].
+            of those that explain the measurements equally well the smallest near by, (6,) [N m, N].
         observability: What the measurements tell of the direction that is felt least over what they tell
             of that felt best, in natural units: 1 all alike, 0 where a direction is not felt.
         equilibrium: Where the robot is, at the measured motors under the loads and the wrench.
@@ -258,29 +261,36 @@ class _Search:
             residual: What it leaves of the measurements.
             unloaded: Without a wrench, at these motors or near: what units are doubted from.
         """
-        for part in _PARTS:
-            end = self._end(start, wrench, residual, part)
+        for part, mixes in _WAYS:
+            end = self._end(start, wrench, residual, part, mixes)
             if not end.hindrance or end.felt.count == len(wrench):
                 break
         if end.hindrance:
             raise self._lost(end, self.measured.doubt(unloaded))
         return self._estimate(end, unloaded)
 
-    def _end(self, found: Equilibrium, wrench: Floats, residual: Floats, part: float) -> _End:
+    def _end(
+        self, found: Equilibrium, wrench: Floats, residual: Floats, part: float, mixes: bool
+    ) -> _End:
         """Where Newton's method ends, which takes a part of the way along what is not felt.
 
-        Steps are mixed with those before: what is felt turns with the wrench, and by themselves they
-        may go around the end.
+        What is felt turns with the wrench: steps go around the end where it turns by more than they
+        take back. Mixed with those before they end there too, or where the wrench is not the least.
         """
         felt = felt_directions(self.measured, world_response(found))
         mixed, hindrance = MixedSteps(len(wrench) - felt.count), ""
+        shortest, since = np.inf, 0
         for number in range(_STEPS):
             if number:
                 felt = felt_directions(self.measured, world_response(found), felt.count)
             step = felt.step(wrench, residual) - wrench
             if _size(step) <= _LAST_STEP:
                 return _End(found, felt, wrench + step, residual)
-            if felt.count < len(wrench):
+            if _size(step) < shortest:
+                shortest, since = _size(step), number
+            if felt.count < len(wrench) and not mixes and number - since >= _AROUND:
+                break
+            if felt.count < len(wrench) and mixes:
                 taken = step - (1.0 - part) * (step - felt.gain @ residual)
                 step = mixed.mixed(wrench, step, taken)
             fraction, hindrance = min(1.0, _LONGEST / max(_LAST_STEP, _size(step))), _ENDLESS

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Self
 
 from ..errors import CprError
@@ -97,6 +98,8 @@ class _LimitPassed(NotReached):
     def on_longer_way(self, fraction: float, place: str) -> Self:
         """The same, of a way of which this was a part: how far on it, and where in words."""
         self.fraction, self.args = fraction, (self._words(place),)
+        if self.event is not None:
+            self.event = replace(self.event, fraction=fraction)
         return self
 
 

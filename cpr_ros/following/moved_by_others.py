@@ -33,30 +33,9 @@ SETTLING = 0.5
 _CERTAIN = 0.05
 #: Motors that move by less are at rest [rad, rod lengths].
 RESTING = 0.01
-#: Motors that are slower than this part of their speed limit do not follow, where that is less.
+#: Motors follow that go so much of their speed limit: those of slow robots rest for longer before it is
+#: said that they do not.
 FOLLOWING = 0.1
-
-
-class _Place:
-    """Where motors stay, and since when."""
-
-    def __init__(self, robot: Robot) -> None:
-        self._robot, self._max_speed = robot, math.inf
-        self._ways: list[float] = (RESTING * robot.motor_units).tolist()
-        self._motors: Floats | None = None
-        self.since = math.inf
-
-    def take(self, measured: Floats, now: float) -> None:
-        """Take measured motors, (n,)."""
-        if self._motors is None or largest_way(self._motors, measured, self._ways) > 1.0:
-            self._motors, self.since = measured, now
-
-    def limit_speed(self, max_speed: float) -> None:
-        """Hold slow motors for moving too, down to a part of their speed limit of now."""
-        if max_speed != self._max_speed:
-            slow = FOLLOWING * motor_steps(self._robot, max_speed, SETTLING)
-            self._ways = np.minimum(RESTING * self._robot.motor_units, slow).tolist()
-            self._max_speed = max_speed
 
 
 class MovedByOthers:
@@ -71,11 +50,12 @@ class MovedByOthers:
     def __init__(self, robot: Robot, tolerance: float) -> None:
         """Know of no motors yet."""
         self._tolerance, self._way, self.away, self.doubt = tolerance, 0.0, "", ""
-        self._units = robot.motor_units.tolist()
+        self._robot, self._units = robot, robot.motor_units.tolist()
+        self._max_speed, self._patience = math.inf, SETTLING
         self._commanded = self._set_off = -math.inf
         self._in_motion = self._waited_for = False  # when the way was measured
-        self._rest, self._stuck = _Place(robot), _Place(robot)
-        self._far_since = math.inf
+        self._resting: Floats | None = None
+        self._resting_since = self._far_since = math.inf
 
     @property
     def in_question(self) -> str:
@@ -105,6 +85,15 @@ class MovedByOthers:
             self.away = self._words()
             self.doubt = ""
 
+    def _limit_speed(self, max_speed: float) -> None:
+        """Wait for as long as motors that follow may take to move at all."""
+        if max_speed != self._max_speed:
+            slow = (
+                RESTING * self._robot.motor_units / motor_steps(self._robot, max_speed, FOLLOWING)
+            )
+            self._patience = max(SETTLING, float(slow.max(initial=0.0)))
+            self._max_speed = max_speed
+
     def take(
         self,
         measured: Floats,
@@ -123,25 +112,25 @@ class MovedByOthers:
             max_speed: Speed no motor exceeds [rad/s, rod lengths/s]: slow ones follow slowly.
             waited_for: Whether commands go no farther until the motors follow.
         """
-        self._stuck.limit_speed(max_speed)
-        for place in (self._rest, self._stuck):
-            place.take(measured, now)
+        if self._resting is None or largest_way(self._resting, measured, self._units) > RESTING:
+            self._resting, self._resting_since = measured, now
+        self._limit_speed(max_speed)
         self._waited_for = waited_for
         self._in_motion = waited_for or now - self._commanded < SETTLING
         # Motors that go on their way late have not stood still since they were sent there.
-        stuck = now - max(self._stuck.since, self._set_off) >= SETTLING
+        stuck = now - max(self._resting_since, self._set_off) >= self._patience
         self._way = 0.0 if commands is None else largest_way(commands, measured, self._units)
         far = self._words()
         self._far_since = min(self._far_since, now) if far else math.inf
         self.away, self.doubt = "", ""
         if self._in_motion and not stuck:
             return False
-        if far and now - min(self._far_since, self._rest.since) >= _CERTAIN:
+        if far and now - min(self._far_since, self._resting_since) >= _CERTAIN:
             self.away = far
         elif far:
             self.doubt = self._words_of_doubt()
         # Those that do not follow are begun with a little later: it is told first that they do not.
-        rest = now - self._rest.since >= SETTLING and not self._in_motion
+        rest = now - self._resting_since >= SETTLING and not self._in_motion
         return bool(self.away) and rest
 
     def _words_of_doubt(self) -> str:
@@ -159,15 +148,15 @@ class MovedByOthers:
         if not 0.0 < self._tolerance < self._way:  # then only commands that wait for them say so
             return self._waited_for * (
                 f"the motors do not follow: one was measured {self._way:.3g} (rad or rod lengths) from "
-                f"its command, as far as max_lead allows, and all at rest for {SETTLING:g} s while "
-                "commands waited for them"
+                f"its command, as far as max_lead allows, and all at rest for {self._patience:.3g} s "
+                "while commands waited for them"
             )
         told, tolerance = distinct(self._way, self._tolerance)
         if self._in_motion:
             return (
                 f"the motors do not follow: one was measured {told} (rad or rod lengths) from its "
-                f"command, more than moved_tolerance {tolerance}, and all at rest for {SETTLING:g} s "
-                "while commands went on; the node begins where they are"
+                f"command, more than moved_tolerance {tolerance}, and all at rest for "
+                f"{self._patience:.3g} s while commands went on; the node begins where they are"
             )
         return (
             f"somebody else has moved the motors: one was measured {told} (rad or rod lengths) from its "

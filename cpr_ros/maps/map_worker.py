@@ -64,7 +64,7 @@ def _listen(
     with suppress(EOFError, OSError):
         connection.recv()
     ended.set()
-    if begun.is_set():
+    if begun.is_set() or order.resume:  # of one that is gone on with only borders may be missing
         time.sleep(PATIENCE)
     unfinished_file(order.file, os.getpid()).unlink(missing_ok=True)
     os._exit(1)

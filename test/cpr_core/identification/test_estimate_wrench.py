@@ -9,7 +9,7 @@ from helpers.rigid_leg import rigid_leg
 from helpers.shipped_steps import STEPS
 from numpy.testing import assert_allclose
 
-from cpr_core import estimate_wrench, load_robot, solve_forward, solve_home
+from cpr_core import NotReached, estimate_wrench, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.identification import felt_wrench
 from cpr_core.model.world_response import wrench_units
@@ -287,6 +287,27 @@ def test_the_smallest_wrench_is_found_where_few_motors_feel_it(name, size):
         # Nothing of it is along what is not felt, and no other wrench known to explain them is smaller.
         assert np.linalg.norm(in_units) <= np.linalg.norm(wrench / units) * (1.0 + 1e-6)
         assert np.abs(found.directions.directions[:, 3:].T @ in_units).max() < 1e-4
+
+
+def test_it_is_the_one_that_steps_by_themselves_lead_to_where_they_end(monkeypatch):
+    """Mixed ones end where the wrench is stationary, which may be a larger one."""
+    robot = load_robot("three_rfs")
+    home, rng, units, compared = solve_home(robot), np.random.default_rng(8), wrench_units(robot), 0
+    for _ in range(12):
+        motors = home.motors + rng.uniform(-0.2, 0.2, 3) * robot.motor_units
+        loads = robot.default_loads.with_(wrench_world=0.6 * rng.uniform(-1.0, 1.0, 6) * units)
+        true = solve_forward(robot, motors, start=home, loads=loads)
+        measured = {"efforts": true.efforts, "effort_deviation": 1e-3 * np.abs(home.efforts).max()}
+        with monkeypatch.context() as alone:
+            alone.setattr(felt_wrench, "_WAYS", ((1.0, False),))
+            try:
+                wanted = estimate_wrench(robot, motors, **measured)
+            except NotReached:
+                continue
+        found = estimate_wrench(robot, motors, **measured)
+        assert_allclose(found.wrench_world, wanted.wrench_world, rtol=0, atol=1e-12)
+        compared += 1
+    assert compared >= 3
 
 
 def test_a_wrench_that_is_not_felt_has_a_variance_as_good_as_infinite():

@@ -147,6 +147,7 @@ def test_a_limit_on_the_way_is_told_of_the_whole_way():
             critical_load(home, [0.0, -1.0, 0.0], limit=limit)
         force = float(str(told.value).split()[-2])
         assert told.value.fraction == pytest.approx(force / limit, rel=1e-5)
+        assert told.value.event.fraction == told.value.fraction
         for part, within in ((0.999, True), (1.001, False)):
             loads = home.loads.with_(wrench_world=[0, 0, 0, 0, -part * force, 0])
             if within:

@@ -23,10 +23,10 @@ from cpr_ros.maps import map_worker
 from cpr_ros.maps.map_order import MapFailure, MapState
 
 
-@pytest.mark.parametrize("begun", [False, True])
-def test_who_is_told_to_stop_has_time_to_save_what_there_is(monkeypatch, tmp_path, begun):
+@pytest.mark.parametrize(("begun", "resume"), [(False, False), (True, False), (False, True)])
+def test_who_is_told_to_stop_has_time_to_save_what_there_is(monkeypatch, tmp_path, begun, resume):
     """While kernels were compiled a cancelled map was waited for as long as one that has to be saved."""
-    order, slept, left = small_order(tmp_path / "map.nc"), [], []
+    order, slept, left = small_order(tmp_path / "map.nc", resume=resume), [], []
     monkeypatch.setattr(map_worker.time, "sleep", slept.append)
     monkeypatch.setattr(os, "_exit", left.append)
     unfinished = unfinished_file(order.file, os.getpid())
@@ -38,7 +38,7 @@ def test_who_is_told_to_stop_has_time_to_save_what_there_is(monkeypatch, tmp_pat
     node.send("stop")
     map_worker._listen(worker, order, ended, making)
     assert ended.is_set() and left == [1] and not unfinished.exists()
-    assert slept == ([map_worker.PATIENCE] if begun else [])
+    assert slept == ([map_worker.PATIENCE] if begun or resume else [])
 
 
 @pytest.fixture
