@@ -36,6 +36,22 @@ def pose_at(x: float, y: float, z: float = 0.0) -> PoseStamped:
     return message
 
 
+def set_parameters(client: Client, node: str, **values: float) -> Any:
+    """Set parameters of a node, all or none; its answer."""
+    parameters = [
+        Parameter(
+            name=name,
+            value=ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value),
+        )
+        for name, value in values.items()
+    ]
+    return client.call(
+        SetParametersAtomically,
+        f"{node}/set_parameters_atomically",
+        SetParametersAtomically.Request(parameters=parameters),
+    ).result
+
+
 class Driver:
     """Publishers and the newest of what the node publishes."""
 
@@ -187,18 +203,7 @@ class Driver:
         self.until_state(StabilityMetrics.STATE_IDLE)
 
     def set_parameters(self, **values: float) -> Any:
-        parameters = [
-            Parameter(
-                name=name,
-                value=ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value),
-            )
-            for name, value in values.items()
-        ]
-        return self.client.call(
-            SetParametersAtomically,
-            f"{self.name}/set_parameters_atomically",
-            SetParametersAtomically.Request(parameters=parameters),
-        ).result
+        return set_parameters(self.client, self.name, **values)
 
     def dropped(self, topic: str) -> int:
         """How many messages of a topic the node has dropped, as its diagnostics tell next."""

@@ -12,6 +12,7 @@ from action_msgs.msg import GoalStatusArray
 from rclpy.action import ActionClient
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
 
+from helpers.driver import EVERY_MESSAGE
 from helpers.node_process import TIMEOUT, Client
 
 
@@ -21,7 +22,7 @@ class GoalClient:
     def __init__(self, client: Client, kind: Any, name: str) -> None:
         self.client, self.kind = client, kind
         self.feedback: list[Any] = []
-        every_message = QoSProfile(depth=10_000)  # DDS forgets the oldest of a full queue
+        every_message = QoSProfile(depth=EVERY_MESSAGE)
         self._action = ActionClient(client.node, kind, name, feedback_sub_qos_profile=every_message)
         self._statuses: dict[bytes, int] = {}
         self._told = client.node.create_subscription(

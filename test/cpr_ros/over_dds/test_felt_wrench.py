@@ -10,10 +10,8 @@ import pytest
 from cpr_msgs.msg import WrenchEstimate
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, WrenchStamped
-from helpers.driver import EVERY_MESSAGE
+from helpers.driver import EVERY_MESSAGE, set_parameters
 from helpers.node_process import running_node
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
@@ -71,18 +69,6 @@ class MeasuredRobot:
     def wait(self, until):
         while (left := until - time.monotonic()) > 0.0:
             self.client.executor.spin_once(timeout_sec=left)
-
-    def set_timeout(self, seconds):
-        """How old what is measured may be."""
-        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=seconds)
-        answer = self.client.call(
-            SetParametersAtomically,
-            "/cpr_node/set_parameters_atomically",
-            SetParametersAtomically.Request(
-                parameters=[Parameter(name="measured_timeout", value=value)]
-            ),
-        )
-        assert answer.result.successful, answer.result.reason
 
     def told(self):
         """What /diagnostics said last of the wrench; None: nothing."""
@@ -189,7 +175,8 @@ def test_it_is_silent_where_it_cannot_be_trusted_and_says_why(measured, efforts,
     process, robot = measured
     robot.push(np.zeros(6))
     # Efforts are old where that is the reason, not where this process, which measures, is held up.
-    robot.set_timeout(0.5 if efforts is None else 600.0)
+    timeout = 0.5 if efforts is None else 600.0
+    assert set_parameters(robot.client, "/cpr_node", measured_timeout=timeout).successful
 
     def measure(given, done):
         end = time.monotonic() + 30.0
