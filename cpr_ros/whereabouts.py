@@ -17,7 +17,7 @@ from cpr_core import CprError, Equilibrium
 
 from .interface.first_measured import MEASURED, first_measured
 from .middleware.publishers import other_publishers
-from .operation.kept_state import KeptState, state_folder
+from .operation.kept_state import KeptState, link_to_nowhere, state_folder
 from .operation.session import Session
 from .operation.starting_place import (
     begin_at_commands,
@@ -81,7 +81,8 @@ class Whereabouts:
             self._kept = KeptState(self._file, session.robot)
         except OSError as error:
             self._warn(f"where the robot is will not be kept in {self._file}: {error}")
-            if self._from != "home" and _may_be_there(self._file):
+            taken = isinstance(error, BlockingIOError)
+            if self._from != "home" and (taken or _may_be_there(self._file)):
                 self._lost = f"the last state cannot be read ({error})"
             return
         if self._kept.damage and self._from != "home":
@@ -283,7 +284,9 @@ def _may_be_there(file: Path) -> bool:
     """Whether there is a file, as far as this process may know."""
     try:
         file.stat()
-    except (FileNotFoundError, NotADirectoryError):
+    except FileNotFoundError:
+        return link_to_nowhere(file) is not None
+    except NotADirectoryError:
         return False
     except OSError:
         pass

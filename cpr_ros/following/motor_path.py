@@ -195,9 +195,10 @@ def _turning_points(rates: Floats) -> Floats:
     Args:
         rates: Coefficients of the velocities, (B, 5, n).
     """
-    slope = np.moveaxis(rates[:, 1:] * np.arange(1, 5)[:, None], 1, 2)  # a cubic, (B, n, 4)
-    size = np.abs(slope).max(axis=2, keepdims=True)
-    slope = np.divide(slope, size, out=np.zeros_like(slope), where=size > 0.0)
+    bends = np.moveaxis(rates[:, 1:], 1, 2)
+    size = np.abs(bends).max(axis=2, keepdims=True)
+    # A cubic, (B, n, 4), of numbers that are as large as 4.
+    slope = np.arange(1, 5) * np.divide(bends, size, out=np.zeros_like(bends), where=size > 0.0)
     found = np.zeros((*slope.shape[:2], 3))
     small = np.abs(slope) < 1e-12
     for degree in (3, 2, 1):

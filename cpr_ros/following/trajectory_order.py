@@ -76,6 +76,7 @@ class TrajectoryOrder:
         return float(self.times[-1]) if len(self.times) else 0.0
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is no number is too fast
 def ordered_path(
     robot: Robot, order: TrajectoryOrder, before: MotorPath, max_speed: float
 ) -> MotorPath:
@@ -139,7 +140,7 @@ def _check_beginning(
     )
     at = path.at(join)[0]
     allowed = NEAR * robot.motor_units + limits * (join - order.times[0])
-    for number in np.flatnonzero(np.abs(at - motors) > allowed):
+    for number in np.flatnonzero(~(np.abs(at - motors) <= allowed)):
         position, command = distinct(float(at[number]), float(motors[number]), fewest=6)
         raise TrajectoryRefused(
             join,
@@ -151,10 +152,12 @@ def _check_beginning(
 
 
 def _check_speeds(robot: Robot, path: MotorPath, limits: Floats) -> None:
-    allowed = limits * (1.0 + _SLACK)
-    suspects = np.flatnonzero(~(path.speed_bounds() <= allowed).all(axis=1))
+    allowed, bounds = limits * (1.0 + _SLACK), path.speed_bounds()
+    suspects = np.flatnonzero(~(bounds <= allowed).all(axis=1))
     for some in np.array_split(suspects, math.ceil(len(suspects) / _AT_ONCE) or 1):
-        speeds = path.largest_speeds(some)
+        speeds = np.where(np.isfinite(bounds[some]), 0.0, np.inf)
+        numbers = np.isfinite(speeds).all(axis=1)
+        speeds[numbers] = path.largest_speeds(some[numbers])
         for row, number in np.argwhere(speeds > allowed)[:1]:
             piece = int(some[row])
             motor = robot.description.motors[number]

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, Loads, Robot, restore_equilibrium
 
-__all__ = ["KeptState", "LastState", "state_folder"]
+__all__ = ["KeptState", "LastState", "link_to_nowhere", "state_folder"]
 
 Floats = NDArray[np.float64]
 
@@ -67,6 +67,16 @@ def state_folder(given: str) -> Path:
     return Path(os.environ.get("ROS_HOME") or Path.home() / ".ros") / "cpr_ros"
 
 
+def link_to_nowhere(file: Path) -> Path | None:
+    """A link on the way to a file, or the file itself, whose target is not there; None: there is none.
+
+    The target may be on a disk that is away for now, and know where the robot is.
+    """
+    return next(
+        (part for part in (file, *file.parents) if part.is_symlink() and not _is_there(part)), None
+    )
+
+
 class KeptState:
     """The file of one node.
 
@@ -85,9 +95,12 @@ class KeptState:
             robot: The robot.
 
         Raises:
-            OSError: It cannot be written.
+            OSError: It cannot be written, or a link on the way to it leads nowhere.
             BlockingIOError: Another node keeps its state there.
         """
+        if link := link_to_nowhere(file):
+            raise FileNotFoundError(errno.ENOENT, "a link that leads nowhere", str(link))
+        file = Path(os.path.realpath(file))  # what is removed is made anew where a link leads
         self.problem, self.damage, self._robot, self._path = "", "", robot, file
         self.commands_before: Floats | None = None
         self._layout = _layout_of(robot)
@@ -358,6 +371,17 @@ def _has_name(file: int, path: Path) -> bool:
         return os.path.samestat(os.fstat(file), path.stat())
     except FileNotFoundError:
         return False
+
+
+def _is_there(path: Path) -> bool:
+    """Whether a link leads somewhere; one that goes in a circle or where nobody may look does."""
+    try:
+        path.stat()
+    except FileNotFoundError:
+        return False
+    except OSError:
+        pass
+    return True
 
 
 def _is_header(header: bytes) -> bool:

@@ -162,6 +162,19 @@ def test_at_the_speed_limit_late_ticks_take_a_whole_step(rfrfr):
     assert rfrfr.steps.max() <= 1.0 + 1e-6
 
 
+@pytest.mark.parametrize("field", ["positions", "velocities", "accelerations"])
+@pytest.mark.parametrize("motor", [0, 1])
+@pytest.mark.parametrize("size", [1e300, 1e307, 1e308])
+def test_what_is_beyond_all_numbers_is_too_fast(rfrfr, field, motor, size, recwarn):
+    """It was an internal error, with a traceback in the log."""
+    rows = {name: np.zeros((2, 2)) for name in ("positions", "velocities", "accelerations")}
+    rows[field][:, motor] = [size, -size]
+    with pytest.raises(TrajectoryRefused, match=f"expected motor{motor + 1} at no more") as told:
+        rfrfr.take([1.0, 2.0], rows.pop("positions"), **rows)
+    assert told.value.measure == "speed"
+    assert not recwarn.list
+
+
 def test_a_stall_delays_it_and_skips_nothing(rfrfr):
     _, endings = rfrfr.begin([1.0], [[0.9, 0.9]])
     for _ in range(50):

@@ -21,7 +21,7 @@ from helpers.yaml_content import yaml_content
 
 from cpr_core import CprError, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
-from cpr_ros.operation.kept_state import KeptState, state_folder
+from cpr_ros.operation.kept_state import KeptState, link_to_nowhere, state_folder
 
 ROBOT = load_robot("rfrfr")
 
@@ -318,6 +318,49 @@ def test_what_others_do_to_the_file_is_noticed_and_mended(file, change, then_kep
     expected = at((0.3, 0.6, 0.9)[then_kept]).motors
     np.testing.assert_array_equal(kept.last().commands, expected)
     kept.close()
+
+
+@pytest.mark.parametrize("linked", ["file", "folder"])
+def test_where_a_link_leads_the_file_is_made_anew_too(file, linked):
+    """It was another node's for ever: the link itself had the name."""
+    disk = file.parent.with_name("disk")
+    disk.mkdir()
+    if linked == "folder":
+        file.parent.symlink_to(disk)
+    else:
+        KeptState(disk / file.name, ROBOT).close()
+        file.parent.mkdir()
+        file.symlink_to(disk / file.name)
+    kept = KeptState(file, ROBOT)
+    kept.keep(at(0.3), at(0.3).motors)
+    (disk / file.name).unlink()
+    assert kept.mend() and not kept.mend()
+    kept.close()
+    assert file.is_symlink() is (linked == "file")
+    kept = KeptState(file, ROBOT)
+    np.testing.assert_array_equal(kept.last().commands, at(0.3).motors)
+    kept.close()
+
+
+@pytest.mark.parametrize("linked", ["file", "folder"])
+def test_a_link_that_leads_nowhere_is_no_new_file(file, linked):
+    """What it leads to may be away for now, and know where the robot is."""
+    link = file if linked == "file" else file.parent
+    link.parent.mkdir(exist_ok=True)
+    link.symlink_to(file.parent.with_name("away") / "state")
+    assert link_to_nowhere(file) == link
+    with pytest.raises(FileNotFoundError, match="a link that leads nowhere") as caught:
+        KeptState(file, ROBOT)
+    assert caught.value.filename == str(link)
+    assert not (file.parent.with_name("away")).exists()
+
+
+def test_links_that_go_in_a_circle_are_no_new_file_either(file):
+    file.parent.mkdir()
+    file.symlink_to(file)
+    assert link_to_nowhere(file) is None
+    with pytest.raises(OSError, match="levels of symbolic links"):
+        KeptState(file, ROBOT)
 
 
 @pytest.mark.parametrize("then_kept", [1, 2])

@@ -761,6 +761,27 @@ def test_a_last_state_that_cannot_be_read_does_not_begin_at_home(bench):
     assert not bench.commands
 
 
+def test_a_last_state_on_a_disk_that_is_away_does_not_begin_at_home(bench):
+    """The first command led home at once, and it was another node that had the file."""
+    kept = bench.file.parent.with_name("disk")
+    bench.keep(load_robot("rfrfr"))
+    bench.file.parent.rename(kept)
+    bench.file.parent.symlink_to(kept)
+    bench.start()
+    assert "where it was last" in bench.process.output()
+    bench.until_heard()
+    bench.kill()
+    bench.ended, bench.commands = [], []
+    kept.rename(kept.with_name("away"))
+    bench.start(until="")
+    bench.process.process.wait(timeout=60.0)
+    assert bench.process.process.returncode == 1
+    said = bench.process.output()
+    assert f"a link that leads nowhere: '{bench.file.parent}'" in said
+    assert "the last state cannot be read" in said
+    assert not bench.commands
+
+
 def spoil_both_slots(content):
     for place in (200, len(content) - 200):
         content[place] ^= 1
