@@ -1,14 +1,15 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Checks of what users hand in, and arrays that are not theirs to change."""
+"""Checks of what users hand in, arrays that are not theirs to change, and what is found once."""
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
-from functools import cached_property, wraps
-from typing import Any, TypeVar
+from functools import wraps
+from typing import Any, Self, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,7 @@ from .errors import InvalidRequest, NonFiniteInput
 __all__ = [
     "ReadOnlyArrays",
     "cached_array",
+    "cached_property",
     "checked_count",
     "checked_matrix",
     "checked_number",
@@ -28,6 +30,7 @@ __all__ = [
 ]
 
 Array = TypeVar("Array", bound=NDArray[Any])
+Value = TypeVar("Value")
 Word = TypeVar("Word", bound=str)
 
 
@@ -135,6 +138,31 @@ def read_only(array: Array) -> Array:
     """The same array, which nobody can write to from now on."""
     array.flags.writeable = False
     return array
+
+
+class cached_property(functools.cached_property[Value]):  # noqa: N801, TID251
+    """That of Python 3.12 and later: threads do not wait for each other.
+
+    Up to 3.11 it is found under a lock that all instances share: what is found in threads is found one
+    after the other, and a process that is forked meanwhile waits for ever.
+    """
+
+    @overload
+    def __get__(self, instance: None, owner: type[Any] | None = None) -> Self: ...
+
+    @overload
+    def __get__(self, instance: object, owner: type[Any] | None = None) -> Value: ...
+
+    def __get__(self, instance: object | None, owner: type[Any] | None = None) -> Self | Value:
+        """Find it, and keep it in the instance, which is asked first from then on.
+
+        Of several threads all have what the first one keeps: that it is the same is asked by ``is``.
+        """
+        if instance is None:
+            return self
+        found: Value = self.func(instance)
+        kept: Value = vars(instance).setdefault(str(self.attrname), found)
+        return kept
 
 
 def cached_array(find: Callable[[Any], Array]) -> cached_property[Array]:

@@ -10,7 +10,6 @@ import enum
 import inspect
 import re
 import sys
-from functools import cached_property
 from typing import Any
 
 from marked_section import ROOT, keep_current, row
@@ -18,6 +17,7 @@ from marked_section import ROOT, keep_current, row
 sys.path.insert(0, str(ROOT))
 import cpr_core
 import cpr_core.workspace
+from cpr_core.validation import cached_property
 
 
 def section() -> str:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from cpr_core import Equilibrium, NotReached, Robot, load_robot, solve_forward
 from cpr_core.reference.continuous_equilibrium import ContinuousEquilibrium
 from cpr_core.reference.continuous_rods import solve_continuous
+from cpr_core.validation import cached_property
 
 __all__ = ["CASES", "MODES", "Case", "OurSolve"]
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from ..description_part import Vector, triple
 from ..lie import rotation_exp
 from ..rods.rod import Rod, StrainModes
+from ..validation import cached_property
 from .chain import ChainElement, ChainJoint, ChainRod, Shift, Turn
 from .joints import Joint
 from .motors import NO_LIMITS, Motor, MotorLimits

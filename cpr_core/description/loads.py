@@ -8,14 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidRequest
-from ..validation import checked_number, checked_vector, read_only
+from ..validation import cached_property, checked_number, checked_vector, read_only
 
 __all__ = ["WRENCH_NAMES", "DistributedForce", "Loads", "PointForce", "compared"]
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
 from ..rods.rod import MOST_MODES, StrainModes
-from ..validation import checked_count
+from ..validation import cached_property, checked_count
 from .chain import ChainRod
 from .leg_description import DescribedMotor, LegDescription, described_motors
 from .loads import Loads

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..description_part import Described, Part
 from ..lie import rotation_exp, skew
+from ..validation import cached_property
 
 __all__ = ["Tracker"]
 

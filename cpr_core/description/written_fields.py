@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import yaml
+
+from ..validation import cached_property
 
 __all__ = ["WrittenFields"]
 

@@ -6,14 +6,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..validation import ReadOnlyArrays, cached_array
+from ..validation import ReadOnlyArrays, cached_array, cached_property
 from .compared import ComparedRow
 
 __all__ = ["KINDS", "CalibrationResult", "CalibrationWarning"]

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 import scipy
@@ -25,7 +24,7 @@ from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
 from ..solving.geometrico_statics import checked_start, solve_forward
 from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
-from ..validation import ReadOnlyArrays, checked_time
+from ..validation import ReadOnlyArrays, cached_property, checked_time
 from .felt_directions import FeltDirections, felt_directions
 from .mixed_steps import MixedSteps
 from .pushed_equilibrium import pushed_equilibrium

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -21,7 +20,7 @@ from ..lie import roll_pitch_yaw, rotation_from_quaternion, turn_about_z
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.requests import pose_meaning
-from ..validation import checked_number, checked_word, read_only
+from ..validation import cached_property, checked_number, checked_word, read_only
 
 __all__ = [
     "LARGEST_DEVIATION",

@@ -6,13 +6,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..description.tracker import Tracker
 from ..lie import rotations_log, turns_by_vector, vectors_by_turn
+from ..validation import cached_property
 
 __all__ = ["TrackerRows"]
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
+from ..validation import cached_property
 from .bending_strain import bending_strains
 from .equilibrium import Equilibrium
 from .kinemato_statics import KinematoStatics, kinemato_statics

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +31,7 @@ from ..kernels.record_layout import (
 )
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE, Tolerances
 from ..lie import quaternion_from_rotation, roll_pitch_yaw
-from ..validation import cached_array, checked_word
+from ..validation import cached_array, cached_property, checked_word
 from .dense_response import DenseResponse, dense_response
 from .linearisation import Linearisation, LinearisedState, Response
 from .model_state import ModelState

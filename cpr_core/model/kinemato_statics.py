@@ -11,14 +11,13 @@ their planar components exist.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidRequest
-from ..validation import ReadOnlyArrays, cached_array, checked_vector
+from ..validation import ReadOnlyArrays, cached_array, cached_property, checked_vector
 from .equilibrium import Equilibrium, check_equilibrium
 from .linear_problems import LinearProblems, coordinate_motions
 from .problem_units import problem_units

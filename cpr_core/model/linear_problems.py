@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
@@ -16,7 +15,7 @@ from ..blas_threads import on_one_numpy_thread
 from ..errors import InvalidRequest
 from ..kernels.twist_layout import ANGULAR
 from ..lie import angle_motions
-from ..validation import ReadOnlyArrays, cached_array, checked_word, read_only
+from ..validation import ReadOnlyArrays, cached_array, cached_property, checked_word, read_only
 from .dense_response import body_tangent, platform_turn
 from .equilibrium import Equilibrium
 from .problem_units import ProblemUnits, problem_units

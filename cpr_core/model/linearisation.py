@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from ..kernels.kernel_arrays import Lanes
 from ..kernels.linearisation_kernel import MARGIN
 from ..kernels.prepared_robot import evaluate_record, linearise_prepared
-from ..validation import ReadOnlyArrays
+from ..validation import ReadOnlyArrays, cached_property
 from .model_state import ModelState
 
 __all__ = [

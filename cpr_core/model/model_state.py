@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,7 @@ from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.prepared_robot import evaluate_prepared
 from ..kernels.record_layout import POSITION, ROTATION
-from ..validation import read_only
+from ..validation import cached_property, read_only
 from .robot import Robot
 
 __all__ = ["ModelState", "ModelValue", "evaluate"]

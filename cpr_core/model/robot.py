@@ -9,7 +9,6 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -28,7 +27,7 @@ from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
 from ..rods.quadrature import RodGrid, distinct_stations, rod_grid
-from ..validation import cached_array, checked_count, read_only
+from ..validation import cached_array, cached_property, checked_count, read_only
 from .load_arrays import load_arrays
 from .motor_limits import MotorLimitArrays, motor_limit_arrays
 from .platform_coordinates import PlatformCoordinates, platform_coordinates

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -15,7 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread, on_one_numpy_thread
-from ..validation import cached_array
+from ..validation import cached_array, cached_property
 from .linearisation import LinearisedState
 from .model_state import ModelState
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from ..description.leg_description import LegDescription
 from ..description.robot_description import RobotDescription
 from ..kernels.twist_layout import FIRST_LINEAR
 from ..rods.rod import StrainModes
+from ..validation import cached_property
 from .platform_coordinates import PlatformCoordinates
 
 __all__ = ["AlikeRods", "LegNumbers", "RodNumbers", "StateNumbers", "state_numbers"]

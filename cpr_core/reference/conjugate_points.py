@@ -27,7 +27,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +34,7 @@ from scipy import linalg, optimize
 
 from ..blas_threads import on_one_blas_thread
 from ..errors import InvalidRequest
+from ..validation import cached_property
 from .continuous_equilibrium import ContinuousEquilibrium
 from .morse_index import index_falls
 from .rod_integration import STEPS, RodTrajectory, force, integrate, moment, transitions

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..lie import quaternion_from_rotation
 from ..model.robot import Robot
+from ..validation import cached_property
 from .chain_balance import ChainBalance, ChainPoint, chain_balance, tip_joint
 from .chain_robot import ChainRobot, chain_robot
 from .chain_steps import ChainState, NodePlace, chain_steps, node_cuts

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import DOP853
 
+from ..validation import cached_property
 from .rod_equations import COLUMNS, EFFORT, FIRST, LENGTH, SIZE, runge_kutta_steps
 
 __all__ = [

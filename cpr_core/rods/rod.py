@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from ..validation import cached_property
 from .quadrature import MAGNUS_WEIGHTS, RodGrid, distinct_stations, rod_grid
 from .sections import Section
 from .strain_basis import DescribedBasis, Legendre, StrainBasis

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy
@@ -31,6 +30,7 @@ from ..kernels.twist_layout import ANGULAR
 from ..lie import angle_motions, rotation_log
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium, described, new_record
+from ..validation import cached_property
 from .limits import Limit, grazes, margins, violated
 from .targets import Imposed, Target
 

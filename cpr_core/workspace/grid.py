@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -20,6 +19,7 @@ from ..solving.home import solve_home
 from ..validation import (
     ReadOnlyArrays,
     cached_array,
+    cached_property,
     checked_matrix,
     checked_number,
     checked_vector,

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from functools import cached_property
 
 import numpy as np
 import scipy
@@ -20,7 +19,7 @@ from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
 from ..model.equilibrium import Equilibrium, described
 from ..model.robot import Robot
 from ..solving.limits import ROUNDING, limits_of
-from ..validation import cached_array, checked_count, read_only
+from ..validation import cached_array, cached_property, checked_count, read_only
 from .borders import Border
 from .cell_layout import FORWARD_MARGIN, INVERSE_MARGIN, LARGEST_EIGENVALUE, NEAREST_EIGENVALUE
 from .grid import Grid

@@ -3,6 +3,9 @@
 
 """Wrong Python types are refused with what was expected, everywhere."""
 
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
 import numpy as np
 import pytest
 
@@ -31,6 +34,7 @@ from cpr_core import (
 )
 from cpr_core.drawing.map_plots import check_field
 from cpr_core.validation import (
+    cached_property,
     checked_count,
     checked_matrix,
     checked_number,
@@ -179,3 +183,33 @@ def test_point_forces_are_on_the_rod():
         PointForce("leg1", 0.5, [0, np.nan, 0])
     half = Loads.none().with_(points=[PointForce("leg1", 0.5, [0, 2, 0])]).scaled(0.5)
     np.testing.assert_array_equal(half.points[0].force, [0, 1, 0])
+
+
+class Found:
+    """What two threads find at once."""
+
+    def __init__(self, barrier):
+        self.barrier = barrier
+
+    @cached_property
+    def value(self):
+        self.barrier.wait(timeout=60.0)
+        return object()
+
+
+def in_two_threads(*instances):
+    with ThreadPoolExecutor(2) as threads:
+        return list(threads.map(lambda instance: instance.value, instances))
+
+
+def test_threads_find_what_belongs_to_several_at_once():
+    """That of Python 3.11 finds one after the other, and hangs in a process forked meanwhile."""
+    barrier = Barrier(2)
+    first, second = in_two_threads(Found(barrier), Found(barrier))
+    assert first is not second
+
+
+def test_threads_that_find_the_same_all_have_what_is_kept():
+    found = Found(Barrier(2))
+    first, second = in_two_threads(found, found)
+    assert first is second is found.value
