@@ -80,7 +80,10 @@ class Whereabouts:
         try:
             self._kept = KeptState(self._file, session.robot)
         except OSError as error:
-            self._warn(f"where the robot is will not be kept in {self._file}: {error}")
+            self._warn(
+                f"where the robot is will not be kept in {self._file}: {error}; that is tried again "
+                "every second"
+            )
             taken = isinstance(error, BlockingIOError)
             if self._from != "home" and (taken or _may_be_there(self._file)):
                 self._lost = f"the last state cannot be read ({error})"
@@ -246,6 +249,7 @@ class Whereabouts:
     def look_after_file(self) -> None:
         """Mend what others did to the file and what could not be written; about once a second."""
         if self._kept is None:
+            self._open_later()
             return
         try:
             mended = self._kept.mend()
@@ -257,6 +261,16 @@ class Whereabouts:
                 f"{self._file} was not as this node left it (removed or changed?); it is made anew"
             )
         self._failing = False
+
+    def _open_later(self) -> None:
+        """Try what failed at the start: what is in the file is of before this robot was moved."""
+        try:
+            self._kept = KeptState(self._file, self._session.robot)
+        except OSError:
+            return
+        self._newest = None
+        self.keep()
+        self._node.get_logger().info(f"where the robot is is kept in {self._file} from now on")
 
     def _fail(self, error: OSError) -> None:
         if not self._failing:

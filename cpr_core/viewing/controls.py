@@ -5,97 +5,24 @@
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ..description.loads import WRENCH_NAMES
-from ..errors import CprError
-from ..model.robot import Robot
+from ..errors import CprError, InvalidRequest
 from ..rods.rod import MOST_MODES
 from ..solving.requests import pose_meaning
 from .handled_robot import HandledRobot
+from .motor_sliders import MotorSliders
 from .typed import numbers_as_text, typed_numbers
 
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["Controls", "Do", "MotorSliders"]
+__all__ = ["Controls", "Do"]
 
 #: Asks for something under a name; of one name only the newest counts.
 Do = Callable[[str, Callable[[HandledRobot], Any]], None]
-
-#: Way of a motor without a limit from where it is, in radians or rod lengths.
-_REACH = {"rad": math.pi, "m": 0.5}
-_STEPS = 2000
-#: So long a slider is left where somebody has put it, until the robot is asked to go there [s].
-_PATIENCE = 5.0
-
-
-class MotorSliders:
-    """A slider for every motor, within its limits."""
-
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        robot: Robot,
-        motors: list[float],
-        moved: Callable[[int, float], None],
-    ) -> None:
-        """Make them.
-
-        Args:
-            gui: Of the page.
-            robot: The robot.
-            motors: Where the motors are [rad or m].
-            moved: Called with number and position when somebody moves a slider.
-        """
-        self._sliders: list[Any] = []
-        #: Where each was put by us, and where its last request, which was done, wanted it.
-        self._put, self._done = [*motors], [*motors]
-        for number, (motor, at) in enumerate(zip(robot.description.motors, motors, strict=True)):
-            reach = _REACH[motor.moves] * robot.motor_units[number]
-            low = motor.limits.lower if math.isfinite(motor.limits.lower) else at - reach
-            high = motor.limits.upper if math.isfinite(motor.limits.upper) else at + reach
-            low, high = min(low, at), max(high, at)
-            step = (high - low) / _STEPS if high > low else 1.0
-            slider = gui.add_slider(f"{motor.name} [{motor.unit}]", low, high, step, at)
-            slider.on_update(self._telling(number, moved))
-            self._sliders.append(slider)
-
-    @staticmethod
-    def _telling(number: int, moved: Callable[[int, float], None]) -> Any:
-        async def tell(event: Any) -> None:
-            if event.client_id is not None:  # else the page itself has put it there
-                moved(number, event.target.value)
-
-        return tell
-
-    def done(self, number: int, position: float) -> None:
-        """What somebody asked for by a slider was done, or refused."""
-        self._done[number] = position
-
-    def show(self, motors: list[float], held: int | None = None) -> None:
-        """Put them where the motors are; one that is held stays at what is asked.
-
-        So does one that was moved while something else was done: its request is on the way, and put
-        back it would take back what a hand has done meanwhile.
-        """
-        for number, (slider, at) in enumerate(zip(self._sliders, motors, strict=True)):
-            if number == held or self._waits(number):
-                continue
-            if not slider.min <= at <= slider.max:
-                slider.min, slider.max = min(slider.min, at), max(slider.max, at)
-            self._put[number] = at
-            if slider.value != at:
-                slider.value = at
-
-    def _waits(self, number: int) -> bool:
-        """Whether a slider is where somebody has put it whose request was not done yet."""
-        slider = self._sliders[number]
-        known = slider.value in (self._put[number], self._done[number])
-        return not known and time.time() - slider.update_timestamp < _PATIENCE
 
 
 class Controls:
@@ -104,7 +31,8 @@ class Controls:
     def __init__(self, gui: viser.GuiApi, handled: HandledRobot, do: Do) -> None:
         self._held: int | None = None
         current, self._do = handled.equilibrium, do
-        self._sliders = MotorSliders(gui, handled.robot, current.motors.tolist(), self._slid)
+        motors = current.motors.tolist()
+        self._sliders = MotorSliders(gui, handled.robot, motors, self._slid, self._typed_beside)
         buttons = gui.add_button_group("robot", ("home", "undo"))
 
         async def pressed(event: Any) -> None:
@@ -142,6 +70,10 @@ class Controls:
             return handled.move_motor(number, position)
 
         self._do(handled_name(number), move)
+
+    def _typed_beside(self, motor: str) -> None:
+        words = "expected numbers in the field `numbers`: the box beside a slider only shows one"
+        self._do("typed beside", lambda handled: handled.refuse(InvalidRequest(motor, words)))
 
     def _free(self, action: Callable[[HandledRobot], Any]) -> Callable[[HandledRobot], Any]:
         """The same by another hand than a slider's."""

@@ -21,17 +21,24 @@ Floats = NDArray[np.float64]
 def typed_numbers(name: str, text: str, meaning: tuple[str, ...]) -> Floats:
     """Numbers between spaces, commas or semicolons, in brackets or not.
 
+    A comma between digits may be a decimal one; where there is a point it is none.
+
     Args:
         name: What they are, for the error.
         text: What was typed.
         meaning: What each of them is.
 
     Raises:
-        InvalidRequest: Not so many numbers.
+        InvalidRequest: Not so many numbers, or commas that may be decimal ones.
         NonFiniteInput: A NaN or an infinity.
     """
     words = [word for word in re.split(r"[\s,;\[\]()]+", text) if word]
     expected = " ".join(meaning)
+    if "." not in text and re.search(r"\d,\d", text):
+        raise InvalidRequest(
+            name,
+            f"expected decimal points, and spaces between numbers ({expected}), got {text[:80]!r}",
+        )
     try:
         values = [float(word) for word in words]
     except ValueError:

@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import Robot
+from cpr_core import CprError, Robot
 from cpr_core.drawing.robot_lines import RobotLines
 from cpr_core.viewing.bars import Bar
-from cpr_core.viewing.controls import MotorSliders
 from cpr_core.viewing.landmarks import Landmarks, PlatformNode, aim_camera
+from cpr_core.viewing.motor_sliders import MotorSliders
 from cpr_core.viewing.robot_scene import RobotScene
 from cpr_core.viewing.server import address_of, close_server, open_server
 from cpr_core.viewing.status_panel import BarsPanel, as_plain
+from cpr_core.viewing.typed import numbers_as_text, typed_numbers
 
 from .page_control import PageControl
 from .watched_node import Seen
@@ -65,7 +66,7 @@ class NodePage:
         self._plot: Any = None
         self._bars: Any = None
         self._parts: list[Any] = []
-        self._aimed = False
+        self._aimed = self._controlled = False
 
         async def taken(_: Any) -> None:
             self._control.switch()
@@ -101,7 +102,8 @@ class NodePage:
         folder = gui.add_folder("motors")
         self._parts = [folder]
         with folder:
-            self._sliders = MotorSliders(gui, robot, motors, self._slid)
+            self._sliders = MotorSliders(gui, robot, motors, self._slid, self._typed_beside)
+            self._add_field(robot, motors)
 
     def show_lines(self, lines: RobotLines) -> None:
         """Draw the robot as its markers have it."""
@@ -121,7 +123,12 @@ class NodePage:
 
     def show_motors(self, motors: list[float]) -> None:
         """Where the motors are; sliders of who is in control stay at what was asked."""
-        if self._robot is not None and not self.in_control:
+        if self._robot is None:
+            return
+        begins, self._controlled = self.in_control and not self._controlled, self.in_control
+        if begins:
+            self._sliders.forget()  # moved before, they would be a step away from where nobody sent it
+        if begins or not self.in_control:
             self._sliders.show(motors)
 
     def show_stability(self, action: int, text: str, bars: Sequence[Bar]) -> None:
@@ -191,7 +198,30 @@ class NodePage:
         if not np.isfinite(position):
             self.say(f"nothing was sent: expected a finite number, got {position}")
         elif not self._control.ask(number, position):
+            self._sliders.done(number, position)
             self.say("nothing was sent: press `take control` first")
+
+    def _typed_beside(self, motor: str) -> None:
+        self.say(
+            f"nothing was sent: {motor} goes where its slider is dragged, or the field `numbers` says"
+        )
+
+    def _add_field(self, robot: Robot, motors: list[float]) -> None:
+        gui = self._server.gui
+        hint = "of all motors, SI units, radians, between spaces"
+        field: Any = gui.add_text("numbers", numbers_as_text(np.array(motors)), hint=hint)
+        send: Any = gui.add_button("send")
+
+        async def sent(_: Any) -> None:
+            try:
+                values = typed_numbers("motors", field.value, robot.motor_names)
+            except CprError as error:
+                self.say(f"nothing was sent: {error}")
+                return
+            for number, position in enumerate(values.tolist()):
+                self._slid(number, position)
+
+        send.on_click(sent)
 
     def _give_back(self, why: str) -> None:
         if self._control.give_back():

@@ -104,6 +104,32 @@ def test_a_slider_moves_the_robot(robot, page, looker):
     looker.picture("slider")
 
 
+def test_what_is_typed_beside_a_slider_moves_nothing(page, looker):
+    """Every key would: who types 2.70 would ask for 2 first."""
+    home = page.equilibrium
+    thumb = looker.page.get_by_role("slider").nth(1)
+    box = looker.page.locator("input.mantine-NumberInput-input").nth(1)
+    shown = float(thumb.get_attribute("aria-valuenow"))
+    box.click()
+    box.press("Control+a")
+    box.press_sequentially("2.70", delay=50)
+    looker.page.get_by_text("the box beside a slider only shows").wait_for()
+    looker.until(lambda: float(thumb.get_attribute("aria-valuenow")) == shown)
+    settled(page, looker)
+    assert page.equilibrium is home
+
+
+def test_a_slider_at_its_end_moves_the_robot_after_a_while(page, looker):
+    """A hand that drags too far leaves it there, and the first digit of a number may be there too."""
+    home = page.equilibrium
+    thumb = looker.page.get_by_role("slider").nth(2)
+    thumb.focus()
+    thumb.press("End")
+    looker.until(lambda: page.equilibrium is not home)
+    assert page.equilibrium.motors[2] > home.motors[2]
+    np.testing.assert_array_equal(np.delete(page.equilibrium.motors, 2), np.delete(home.motors, 2))
+
+
 def test_a_slider_does_not_go_back_while_its_request_waits(page, looker):
     """Else whoever moves it on, moves it on from there."""
     number, home, gui = 2, page.equilibrium.motors, page.server.gui

@@ -11,6 +11,8 @@ import threading
 import numpy as np
 import pytest
 import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 from PIL import Image
 
 import cpr_core
@@ -23,6 +25,7 @@ from cpr_core.viewing.exact_place import put
 from cpr_core.viewing.handled_robot import HandledRobot
 from cpr_core.viewing.mailbox import Mailbox
 from cpr_core.viewing.map_layer import go_to_cell, read_layer
+from cpr_core.viewing.motor_sliders import by_hand
 from cpr_core.viewing.recorded import as_gif, as_yaml
 from cpr_core.viewing.server import close_server, open_server
 from cpr_core.viewing.status_panel import as_plain, status_text
@@ -273,3 +276,37 @@ def test_the_page_says_whether_the_robot_is_stable_and_what_was_refused(planar):
     handled.move_motors([1.0])
     assert "Refused" in status_text(handled)
     assert as_plain("a_b*c") == "a\\_b\\*c"
+
+
+@pytest.mark.parametrize("text", ["1,2.5,-3", "1, 2, 5", "1,\t2,\n5", "[1 ,2 ,5]"])
+def test_commas_that_are_no_decimal_ones_are_taken(text):
+    assert len(typed_numbers("motors", text, ("a", "b", "c"))) == 3
+
+
+@pytest.mark.parametrize("text", ["2,6", "2,6 1", "2,6 0,5", "2,6,1,5", "[2,6]"])
+def test_commas_that_may_be_decimal_ones_are_refused(text):
+    """2,6 was 2 and 6, and the robot set off."""
+    with pytest.raises(
+        cpr_core.InvalidRequest, match="expected decimal points, and spaces between"
+    ):
+        typed_numbers("motors", text, ("a", "b"))
+
+
+STEP = (5.8 + 0.55) / (2000.0 + np.pi / 10.0)
+
+
+@given(k=st.integers(0, 2000), last=st.floats(-0.55, 5.8), moved=st.integers(-40, 40))
+def test_hands_move_sliders_by_steps(k, last, moved):
+    """From their end when dragged, from where they are by keys; the browser rounds."""
+    assert by_hand(round(-0.55 + k * STEP, 7), last, -0.55, STEP)
+    pressed = last
+    for _ in range(abs(moved)):
+        pressed = round(pressed + np.copysign(STEP, moved), 7)
+    assert by_hand(pressed, last, -0.55, STEP)
+
+
+def test_numbers_that_are_typed_are_no_steps():
+    """Of every number of at most two decimals."""
+    numbers = np.arange(-55, 581) / 100.0
+    taken = [x for x in numbers[1:-1] if by_hand(x, 2.59, -0.55, STEP) and x != 2.59]
+    assert len(taken) <= 0.01 * len(numbers), taken

@@ -121,19 +121,54 @@ def see_node_at(looker, home):
     looker.page.get_by_text("setpoints may also come from: nobody").wait_for()
 
 
-def move_without_control(looker, client):
-    """Nothing is sent."""
+def see_slider_at(looker, position):
+    thumb = looker.page.get_by_role("slider").first
+    expected = pytest.approx(position, abs=1e-6)
+    looker.until(lambda: float(thumb.get_attribute("aria-valuenow")) == expected)
+
+
+def move_without_control(looker, client, home):
+    """Nothing is sent, and the slider goes back."""
     thumb = looker.page.get_by_role("slider").first
     thumb.focus()
     thumb.press("ArrowRight")
     looker.page.get_by_text("nothing was sent").wait_for()
+    thumb.press("End")
     assert client.node.count_publishers(MOTOR_SETPOINT) == 0
+    see_slider_at(looker, home.motors[0])
+
+
+def type_beside_a_slider(looker, client, motors):
+    """Nothing is sent: every key would be a setpoint, 2 on the way to 2.70."""
+    box = looker.page.locator("input.mantine-NumberInput-input").first
+    box.click()
+    box.press("Control+a")
+    box.press_sequentially("2.70", delay=100)
+    looker.page.get_by_text("nothing was sent: motor1 goes where").wait_for()
+    see_slider_at(looker, motors[0])
+    state = heard(client, looker, JointState, "/joint_states", lambda _: True)
+    assert list(state.position) == list(motors)
+
+
+def type_into_the_field(looker, client):
+    """What is typed there is sent with a button."""
+    field = looker.field("numbers")
+    field.fill("2,6")
+    looker.press("send")
+    looker.page.get_by_text("nothing was sent: motors: expected decimal points").wait_for()
+    field.fill("2.7 0.5")
+    looker.press("send")
+    looker.page.get_by_text("sent: motor1 to 2.7, motor2 to 0.5").wait_for()
+    arrived = [2.7, 0.5]
+    heard(client, looker, JointState, "/joint_states", lambda told: [*told.position] == arrived)
 
 
 def move_with_control(looker, client, home):
     """The node goes there, and the page shows where it is."""
     looker.press("take control")
     looker.page.get_by_text("give control back").wait_for()
+    see_slider_at(looker, home.motors[0])
+    type_beside_a_slider(looker, client, home.motors)
     thumb = looker.page.get_by_role("slider").first
     for _ in range(30):
         thumb.press("ArrowRight")
@@ -148,6 +183,7 @@ def move_with_control(looker, client, home):
     assert moved.position[1] == home.motors[1]
     looker.until(lambda: not np.allclose(looker.position("/platform"), home.platform_position))
     looker.picture("node")
+    type_into_the_field(looker, client)
     looker.press("give control back")
     looker.page.get_by_text("take control").wait_for()
 
@@ -165,7 +201,7 @@ def test_a_node_is_shown_moved_lost_and_found_again(view, looker, client, domain
     node = started(tmp_path_factory, domain)
     try:
         see_node_at(looker, home)
-        move_without_control(looker, client)
+        move_without_control(looker, client, home)
         move_with_control(looker, client, home)
         see_who_else_commands(looker, client)
         node.stop(signal.SIGKILL)
@@ -294,6 +330,22 @@ def shown(domain):
     node.page.close()
     node.destroy_node()
     rclpy.shutdown()
+
+
+def test_a_slider_that_was_moved_before_is_no_step_away_from_where_nobody_sent_it(shown):
+    """It stayed there in control, and the next key sent the robot there."""
+    page, robot = shown.page, cpr_core.load_robot("rfrfr")
+    home = cpr_core.solve_home(robot).motors.tolist()
+    page.show_robot(robot, home)
+    page.show_motors(home)
+    slider = page._sliders._sliders[0]
+    slider.value = 5.0  # by somebody, a moment before
+    page._control.switch()
+    page.show_motors(home)
+    assert slider.value == home[0]
+    slider.value = 3.0  # in control it stays at what was asked
+    page.show_motors(home)
+    assert slider.value == 3.0
 
 
 def test_control_that_was_taken_before_there_was_a_robot_is_kept(shown):

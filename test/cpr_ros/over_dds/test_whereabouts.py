@@ -761,6 +761,30 @@ def test_a_last_state_that_cannot_be_read_does_not_begin_at_home(bench):
     assert not bench.commands
 
 
+@pytest.mark.parametrize("start_from", ["measured", "home"])
+def test_a_file_that_another_node_had_is_kept_as_soon_as_it_is_free(bench, start_from):
+    """It stayed as that one had left it, and the next node began there; the robot was elsewhere."""
+    place = {"measured": (2.9, 0.3), "home": (2.8, 0.5)}[start_from]
+    bench.keep(load_robot("rfrfr"))
+    another = bench.kept(load_robot("rfrfr"))
+    if start_from == "measured":
+        bench.measure(place)
+    bench.start(f"start_from:={start_from}", until="")
+    bench.until_said("ready")
+    assert "every second" in bench.process.output()
+    another.close()
+    bench.until_said("is kept in")
+    if start_from == "home":  # nothing is known before it moves
+        bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+        bench.send(*place)
+    bench.until_at(place)
+    bench.kill()
+    bench.measure_no_more()
+    bench.spin(0.3)
+    bench.start()
+    assert f"where it was last, motors ({place[0]}, {place[1]})" in bench.process.output()
+
+
 def test_a_last_state_on_a_disk_that_is_away_does_not_begin_at_home(bench):
     """The first command led home at once, and it was another node that had the file."""
     kept = bench.file.parent.with_name("disk")

@@ -1,0 +1,151 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A slider for every motor, which hands move and keys do not."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ..model.robot import Robot
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["MotorSliders"]
+
+#: Way of a motor without a limit from where it is, in radians or rod lengths.
+_REACH = {"rad": math.pi, "m": 0.5}
+#: Not a whole number: else numbers that are typed would be whole steps from the end, as those of hands.
+_STEPS = 2000.0 + math.pi / 10.0
+#: So long a slider is left where somebody has put it, until the robot is asked to go there [s].
+_PATIENCE = 5.0
+#: What was typed is over after so long [s].
+_SETTLED = 1.0
+#: More keys are not pressed between two messages of a browser.
+_MOST_KEYS = 100
+#: To this the browser rounds [rad or m].
+_ROUNDED = 1e-7
+
+
+class MotorSliders:
+    """A slider for every motor, within its limits.
+
+    The box beside a slider shows a number. What is typed there is no request: every key is an update of
+    its own, and who types 2.70 would ask for 2 first.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        robot: Robot,
+        motors: list[float],
+        moved: Callable[[int, float], None],
+        typed: Callable[[str], None],
+    ) -> None:
+        """Make them.
+
+        Args:
+            gui: Of the page.
+            robot: The robot.
+            motors: Where the motors are [rad or m].
+            moved: Called with number and position when somebody moves a slider.
+            typed: Called with the name of a motor when somebody types beside its slider.
+        """
+        self._sliders: list[Any] = []
+        self._names, self._moved, self._typed = robot.motor_names, moved, typed
+        #: Where each was put by us, and where its last request, which was done, wanted it.
+        self._put, self._done = [*motors], [*motors]
+        #: What the browser or we have said last, and how often the browser has.
+        self._last, self._heard = [*motors], [0] * len(motors)
+        for number, (motor, at) in enumerate(zip(robot.description.motors, motors, strict=True)):
+            reach = _REACH[motor.moves] * robot.motor_units[number]
+            low = motor.limits.lower if math.isfinite(motor.limits.lower) else at - reach
+            high = motor.limits.upper if math.isfinite(motor.limits.upper) else at + reach
+            low, high = min(low, at), max(high, at)
+            step = (high - low) / _STEPS if high > low else 1.0
+            slider = gui.add_slider(f"{motor.name} [{motor.unit}]", low, high, step, at)
+            slider.on_update(self._telling(number))
+            self._sliders.append(slider)
+
+    def _telling(self, number: int) -> Any:
+        async def tell(event: Any) -> None:
+            if event.client_id is not None:  # else the page itself has put it there
+                await self._hear(number, event.target.value)
+
+        return tell
+
+    async def _hear(self, number: int, position: float) -> None:
+        """Take what a hand does at once, what it may do after a while, and put back what is typed.
+
+        Who drags a slider too far leaves it at its end, which may also be the first digit of a number.
+        """
+        slider, last = self._sliders[number], self._last[number]
+        self._last[number] = position
+        self._heard[number] = heard = self._heard[number] + 1
+        at_end = position in (slider.min, slider.max)
+        if not math.isfinite(position) or (
+            not at_end and by_hand(position, last, slider.min, slider.step)
+        ):
+            self._moved(number, position)
+            return
+        if not at_end:
+            self._typed(self._names[number])
+        await asyncio.sleep(_SETTLED)
+        if heard != self._heard[number]:
+            return
+        if at_end:
+            self._moved(number, position)
+        else:
+            self.done(number, position)
+            self._last[number] = slider.value = self._put[number]
+
+    def done(self, number: int, position: float) -> None:
+        """What somebody asked for by a slider was done, or refused."""
+        self._done[number] = position
+
+    def forget(self) -> None:
+        """Nobody has asked for where they are: `show` puts all of them where the motors are."""
+        self._done = [slider.value for slider in self._sliders]
+
+    def show(self, motors: list[float], held: int | None = None) -> None:
+        """Put them where the motors are; one that is held stays at what is asked.
+
+        So does one that was moved while something else was done: its request is on the way, and put
+        back it would take back what a hand has done meanwhile.
+        """
+        for number, (slider, at) in enumerate(zip(self._sliders, motors, strict=True)):
+            if number == held or self._waits(number):
+                continue
+            if not slider.min <= at <= slider.max:
+                slider.min, slider.max = min(slider.min, at), max(slider.max, at)
+            self._put[number] = at
+            if slider.value != at:
+                self._last[number] = slider.value = at
+
+    def _waits(self, number: int) -> bool:
+        """Whether a slider is where somebody has put it whose request was not done yet."""
+        slider = self._sliders[number]
+        known = slider.value in (self._put[number], self._done[number])
+        return not known and time.time() - slider.update_timestamp < _PATIENCE
+
+
+def by_hand(position: float, last: float, low: float, step: float) -> bool:
+    """Whether a hand can have brought a slider to a position: steps from its end or from where it was.
+
+    Args:
+        position: Where it is.
+        last: Where it was.
+        low: Its lower end.
+        step: Its step, in which no number of a few digits is counted.
+    """
+    dragged, pressed = (position - low) / step, (position - last) / step
+    rounded = 1e-3 + _ROUNDED / step
+    if abs(dragged - round(dragged)) <= rounded:
+        return True
+    keys = round(pressed)  # at each of them the browser rounds
+    return abs(keys) <= _MOST_KEYS and abs(pressed - keys) <= rounded + abs(keys) * _ROUNDED / step
