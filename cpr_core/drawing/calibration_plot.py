@@ -56,15 +56,19 @@ def plot_calibration(found: CalibrationResult, file: Path) -> None:
     change = (found.values - found.start) / size
     right.errorbar(change[shown], count[shown], xerr=(half / size)[shown], fmt="o", color=_BLUE)
     right.axvline(0.0, color=_GREY, linewidth=0.8)
-    right.set_yticks(count, found.parameters, fontsize="small")
-    right.set_ylim(-0.5, len(count) - 0.5)
+    for number in count[~shown]:
+        right.text(0.0, number, " not determined", va="center", fontsize="small")
+    names = [f"{name}  {number}" for number, name in enumerate(found.parameters, start=1)]
+    right.set_yticks(count, names, fontsize="small")
+    right.set_ylim(len(count) - 0.5, -0.5)  # from the top, as beside it
     right.set_title("change, relative (of zeros: in SI units), and interval of 95 %")
     right.grid(alpha=0.3)
 
     picture = axes.imshow(found.correlations, vmin=-1.0, vmax=1.0, cmap="RdBu")
     axes.set_xticks(count, count + 1)
     axes.set_yticks(count, count + 1)
-    axes.set_title("correlations")
+    axes.set_title("correlations (grey: not determined)")
+    axes.set_facecolor("0.8")
     figure.colorbar(picture, ax=axes)
     figure.suptitle(f"{found.robot.description.name}: {len(found.rows)} rows, fit {found.fit:.2f}")
     save_figure(figure, file)

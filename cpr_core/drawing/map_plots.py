@@ -19,7 +19,15 @@ from ..workspace.grid import Grid
 from ..workspace.workspace_map import WorkspaceMap
 from .path_plots import new_figure, save_figure
 
-__all__ = ["FIELDS", "check_field", "field_names", "fields_of", "plot_map", "prepare"]
+__all__ = [
+    "FIELDS",
+    "check_field",
+    "field_label",
+    "field_names",
+    "fields_of",
+    "plot_map",
+    "prepare",
+]
 
 Floats = NDArray[np.float64]
 
@@ -61,6 +69,20 @@ def check_field(robot: Robot, field: str) -> None:
         InvalidRequest: It cannot.
     """
     checked_word("field", field, tuple(field_names(robot)))
+
+
+def field_label(robot: Robot, field: str) -> str:
+    """Name and unit of a field; no unit where it has none."""
+    units = {
+        "smallest_eigenvalue": "J",
+        "energy": "J",
+        "limit_margin": "rad, rod lengths, or of the limit",
+    }
+    for motor in robot.description.motors:
+        units[motor.name] = motor.unit
+        units[f"{motor.name}_effort"] = motor.effort_unit
+    name = field if field.removesuffix("_effort") in robot.motor_names else field.replace("_", " ")
+    return f"{name} [{units[field]}]" if field in units else name
 
 
 def fields_of(found: WorkspaceMap) -> dict[str, Floats]:
@@ -134,7 +156,8 @@ def plot_map(
         _name_axes(axes, found, plane)
         keys += axes.get_legend_handles_labels()[0]
     if shown is not None:
-        figure.colorbar(shown, ax=figure.axes, label=field.replace("_", " "), shrink=0.8)
+        label = field_label(found.robot, field)
+        figure.colorbar(shown, ax=figure.axes, label=label, shrink=0.8)
     by_label = {key.get_label(): key for key in keys}
     if by_label:
         below = 0.7 / figure.get_figheight()
@@ -159,8 +182,10 @@ def _name_axes(axes: Any, found: WorkspaceMap, plane: int) -> None:
         place = found.place(plane)[2:]
         axes.set_title(
             ", ".join(
-                f"{name} = {coordinate:.4g}"
-                for name, coordinate in zip(grid.axis_names[2:], place, strict=True)
+                _place(name, coordinate, unit)
+                for name, coordinate, unit in zip(
+                    grid.axis_names[2:], place, grid.axis_units[2:], strict=True
+                )
             )
         )
 
@@ -235,12 +260,16 @@ def _draw_borders(axes: Any, found: WorkspaceMap, plane: int) -> None:
             axes.plot(*border.points[shown, :2].T, ".", color=color, markersize=2.5, label=label)
 
 
+def _place(name: str, coordinate: float, unit: str) -> str:
+    return f"{name} = {coordinate:.4g}{f' {unit}' if unit != '1' else ''}"
+
+
 def _held_text(found: WorkspaceMap) -> str:
     grid = found.grid
     fixed = ~np.any(grid.directions != 0.0, axis=0)
     held = [
-        f"{name} = {value:.4g}"
-        for name, value, alone in zip(grid.names, grid.origin, fixed, strict=True)
+        _place(name, value, unit)
+        for name, value, unit, alone in zip(grid.names, grid.origin, grid.units, fixed, strict=True)
         if alone
     ]
     return ", ".join(held) if held else "workspace"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..model.equilibrium import Equilibrium
 from ..model.shape import LegShape, leg_shapes
+from .robot_lines import platform_outline
 
 __all__ = ["draw_equilibrium", "set_equal_scale"]
 
@@ -59,16 +60,15 @@ def draw_equilibrium(
             _draw_frame(axes, leg.base_position, leg.base_rotation, frame_size, dimensions)
     tips = np.array([leg.joint.position for leg in robot.description.legs])
     corners = equilibrium.platform_position + tips @ equilibrium.platform_rotation.T
+    corners = corners[platform_outline(robot)]
     if len(corners) > 2 and dimensions == 3:
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-        order = np.argsort(np.arctan2(tips[:, 1], tips[:, 0]), kind="stable")
         axes.add_collection3d(
-            Poly3DCollection([corners[order]], facecolor=color, edgecolor=color, alpha=0.35)
+            Poly3DCollection([corners], facecolor=color, edgecolor=color, alpha=0.35)
         )
     else:
-        closed = corners[[*range(len(corners)), 0]] if len(corners) > 2 else corners
-        axes.plot(*closed.T[:dimensions], color=color, linewidth=3.0, zorder=1.5)
+        axes.plot(*corners.T[:dimensions], color=color, linewidth=3.0, zorder=1.5)
 
 
 def _draw_joints(axes: Any, shape: LegShape, dimensions: int) -> None:

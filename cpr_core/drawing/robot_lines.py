@@ -92,7 +92,10 @@ def _outline(robot: Robot) -> list[int]:
     if len(legs) < 3:
         return list(range(len(legs)))
     holds = np.array([leg.joint.position for leg in legs])
-    order = np.argsort(np.arctan2(*(holds - holds.mean(axis=0))[:, 1::-1].T)).tolist()
+    holds -= holds.mean(axis=0)
+    # Seen along the axis of the platform frame nearest to the normal of the plate.
+    seen = np.delete(holds, np.abs(np.linalg.svd(holds)[2][2]).argmax(), axis=1)
+    order = np.argsort(np.arctan2(seen[:, 1], seen[:, 0])).tolist()
     return [*order, order[0]]
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..description.loads import WRENCH_NAMES
 from ..errors import CprError, InvalidRequest
+from ..model.robot import Robot
 from ..rods.rod import MOST_MODES
 from ..solving.requests import pose_meaning
 from .handled_robot import HandledRobot
@@ -58,6 +59,8 @@ class Controls:
         self._sliders.show(current.motors.tolist(), self._held if waits else None)
         if self._gravity.value != handled.has_gravity:
             self._gravity.value = handled.has_gravity
+        if handled.robot is not self._shown_robot:
+            self._show_modes(handled)
 
     def follow(self, handled: HandledRobot) -> None:
         """Numbers in the field, unless somebody has typed there."""
@@ -134,22 +137,37 @@ class Controls:
         self._follow = follow
 
     def _add_modes(self, gui: viser.GuiApi, handled: HandledRobot) -> None:
-        counts = {count for rod in handled.robot.description.rods for count in rod.modes.counts}
-        modes: Any = gui.add_text(
+        self._modes: Any = gui.add_text(
             "strain modes",
-            str(max(counts)),
+            "",
             hint=f"per direction, from 1 to {MOST_MODES}; Enter is not needed",
         )
         choose = gui.add_button("choose modes")
+        self._show_modes(handled)
 
         def act(handled: HandledRobot) -> None:
-            text = modes.value.strip()
-            handled.choose_modes(int(text) if text.isdecimal() else text)
+            text = self._modes.value.strip()
+            if text != _modes_as_text(handled.robot):
+                handled.choose_modes(int(text) if text.isdecimal() else text)
 
         async def asked(_: Any) -> None:
             self._do("modes", self._free(act))
 
         choose.on_click(asked)
+
+    def _show_modes(self, handled: HandledRobot) -> None:
+        """The modes of the robot that is shown, whatever was typed."""
+        self._shown_robot = handled.robot
+        self._modes.value = _modes_as_text(handled.robot)
+
+
+def _modes_as_text(robot: Robot) -> str:
+    """Numbers of modes of the directions that have any; one if they are all the same."""
+    counts = {rod.modes.counts for rod in robot.description.rods}
+    single = {count for rod in counts for count in rod if count}
+    if len(single) == 1:
+        return str(*single)
+    return "; ".join(" ".join(map(str, rod)) for rod in sorted(counts))
 
 
 def handled_name(number: int) -> str:

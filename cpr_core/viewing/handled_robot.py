@@ -16,6 +16,7 @@ from ..description.loads import Loads
 from ..errors import CprError, InvalidRequest
 from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import quaternion_from_rotation, roll_pitch_yaw, rotation_from_quaternion
+from ..model.configurations import SAME_EQUILIBRIUM, configuration_distance
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
 from ..model.shape import Pose
@@ -36,6 +37,8 @@ EARTH = (0.0, 0.0, -9.81)
 _TIME_LIMIT = 2.0
 #: Requests of one hand that follow each other faster are one gesture, undone together [s].
 _GESTURE = 1.0
+#: Hands that say when they let go: they may rest meanwhile, but not so long [s].
+DRAGGED, _HELD = ("platform", "force"), 60.0
 #: Equilibria that can be gone back to.
 _KEPT = 200
 #: Platforms nearer than this, in rod lengths, are at the same place after other modes were chosen.
@@ -151,9 +154,11 @@ class HandledRobot:
 
         def solve() -> Equilibrium:
             way = self._from_current() | {"loads": loads}
+            # Of loads without a potential no energy tells whether the robot stays stable.
+            way["stable_only"] = way["stable_only"] and loads.conservative(self.robot.planar)
             return solve_forward(self.robot, self.equilibrium.motors, **way)
 
-        return self._ask(hand, solve, lambda: Asked(force=loads.wrench_world[LINEAR]))
+        return self._ask(hand, solve, lambda: Asked(loads=loads))
 
     def push(self, force: ArrayLike, hand: str = "force") -> bool:
         """Let a force act on the platform origin, fixed in space, (3,) [N]; its moment stays."""
@@ -175,16 +180,23 @@ class HandledRobot:
         return self.load(self.equilibrium.loads.with_(gravity=gravity), "gravity")
 
     def go_home(self) -> bool:
-        """Walk home, with the loads of home."""
+        """Walk home, with the loads of home; jump there if the walk leads to another equilibrium."""
         home = solve_home(self.robot)
 
         def solve() -> Equilibrium:
             way = self._from_current() | {"loads": home.loads, "time_limit": 10.0 * _TIME_LIMIT}
             return solve_forward(self.robot, home.motors, **way)
 
-        reached = self._ask("home", solve, lambda: Asked(motors=home.motors, force=np.zeros(3)))
+        reached = self._ask("home", solve, lambda: Asked(motors=home.motors, loads=home.loads))
         if reached:
-            self.words = "at home"
+            found, self.equilibrium, self.words = self.equilibrium, home, "at home"
+            apart = configuration_distance(self.robot, found.configuration, home.configuration)
+            if apart > SAME_EQUILIBRIUM:
+                away = np.linalg.norm(found.platform_position - home.platform_position)
+                self.words += (
+                    f", by a jump: the way led to another branch, platform {away:.3g} m from home, "
+                    f"index {found.index_locked}"
+                )
         return reached
 
     def check_shown(self, equilibrium: Equilibrium) -> None:
@@ -244,7 +256,7 @@ class HandledRobot:
 
     def end_gesture(self) -> None:
         """What comes next is another gesture, whoever's it is."""
-        self._last = -np.inf
+        self._hand, self._last = "", -np.inf
 
     def refuse(self, error: CprError) -> None:
         """Say what is wrong with a request that did not get as far as being one."""
@@ -284,7 +296,7 @@ class HandledRobot:
     def _remember(self, hand: str) -> None:
         """Keep where the robot is, unless this goes on with a gesture."""
         now = self._clock()
-        if hand != self._hand or now - self._last > _GESTURE:
+        if hand != self._hand or now - self._last > (_HELD if hand in DRAGGED else _GESTURE):
             self._history.append(self.equilibrium)
         self._hand, self._last = hand, now
 

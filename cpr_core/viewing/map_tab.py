@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..description.loads import compared
 from ..errors import CprError
 from .controls import Do
 from .handled_robot import HandledRobot
@@ -28,6 +29,7 @@ class MapTab:
         self._scene, self._gui, self._do = scene, gui, do
         self._layer: MapLayer | None = None
         self._cloud: Any = None
+        self._told = ""
         upload: Any = gui.add_upload_button("open a map (.nc)")
         self._text = gui.add_markdown("A map as `cpr workspace --out` writes it.")
         self._shown: Any = gui.add_checkbox("show map", True, visible=False)
@@ -36,9 +38,8 @@ class MapTab:
             file = event.target.value
             self._do("map", lambda handled: self._open_bytes(handled, file.name, file.content))
 
-        async def switched(event: Any) -> None:
-            if self._cloud is not None:
-                self._cloud.visible = event.target.value
+        async def switched(_: Any) -> None:
+            self._do("show map", self.show)
 
         upload.on_upload(opened)
         self._shown.on_update(switched)
@@ -69,11 +70,28 @@ class MapTab:
             self._scene.on_click()(self._clicked)
         self._layer = layer
         shape = " x ".join(str(count) for count in layer.found.grid.shape)
-        self._text.content = as_plain(
+        self._told = as_plain(
             f"{len(layer.cells)} of {shape} cells are reached; a click goes to one. Blue: stable, "
             "yellow, purple, grey: index 1, 2, more; orange: beyond a limit."
         )
         self._shown.visible, self._shown.value = True, True
+        self.show(handled)
+
+    def show(self, handled: HandledRobot) -> None:
+        """Show the map while it is one of the robot under the loads that act."""
+        if self._layer is None:
+            return
+        other = _other(handled, self._layer)
+        text = (
+            f"The map is of other {other}: it is shown when they are as they were."
+            if other
+            else self._told
+        )
+        visible = self._shown.value and not other
+        if self._cloud.visible != visible:
+            self._cloud.visible = visible
+        if self._text.content != text:
+            self._text.content = text
 
     def _open_bytes(self, handled: HandledRobot, name: str, content: bytes) -> None:
         with tempfile.TemporaryDirectory() as folder:
@@ -83,13 +101,22 @@ class MapTab:
                 self.open(handled, file)
             except CprError as error:
                 problem = str(error).replace(str(file), name)
-                self._text.content = f"**not a map of this robot**: {as_plain(problem)}"
+                self._told = f"**not a map of this robot**: {as_plain(problem)}"
+                self._text.content = self._told
 
     def _go(self, handled: HandledRobot, origin: Any, direction: Any) -> None:
-        if self._layer is None or not self._shown.value:
+        if self._layer is None or not self._shown.value or _other(handled, self._layer):
             return
         cell = self._layer.nearest(origin, direction)
         if cell is not None and go_to_cell(handled, self._layer.found, cell):
             place = ", ".join(f"{value:.4g}" for value in self._layer.found.place(cell))
             names = ", ".join(self._layer.found.grid.axis_names)
             handled.words = f"at the cell {names} = {place} of the map"
+
+
+def _other(handled: HandledRobot, layer: MapLayer) -> str:
+    """What a map has that the robot has not now, in words; empty: nothing."""
+    if layer.found.robot is not handled.robot:
+        return "strain modes"
+    same = compared(layer.found.loads) == compared(handled.equilibrium.loads)
+    return "" if same else "loads than act now"

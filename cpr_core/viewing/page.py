@@ -95,7 +95,7 @@ class Page:
         with tabs.add_tab("equilibria"):
             EquilibriaTab(gui, self.do, self._background)
         with tabs.add_tab("map"):
-            maps = MapTab(scene, gui, self.do)
+            self._maps = MapTab(scene, gui, self.do)
         with tabs.add_tab("way"):
             ways = WayTab(scene, gui, self.do, self._handled, self._background)
         with tabs.add_tab("record"):
@@ -105,7 +105,7 @@ class Page:
         self._draw()
         try:
             if map_file is not None:
-                maps.open(self._handled, map_file)
+                self._maps.open(self._handled, map_file)
             if way is not None:
                 ways.open(_way_of(robot, way))
         except InvalidRequest:
@@ -172,6 +172,7 @@ class Page:
             self._handle.show(current)
             self._force.show(current)
             self._controls.show(handled)
+            self._maps.show(handled)
             if self._status.content != text:
                 self._status.content = text
         rest = self._numbers_drawn + _NUMBERS_EVERY - time.monotonic()

@@ -13,6 +13,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from ..lie import quaternion_from_rotation
 from ..version import __version__
 from .bars import bars
 from .handled_robot import HandledRobot
@@ -46,7 +47,12 @@ def screen(handled: HandledRobot) -> dict[str, Any]:
         if asked is not None and asked.motors is not None:
             shown["refused"]["motors"] = asked.motors.tolist()
         if asked is not None and asked.platform is not None:
+            quaternion = quaternion_from_rotation(asked.platform.rotation)
             shown["refused"]["position"] = asked.platform.position.tolist()
+            shown["refused"]["quaternion_wxyz"] = quaternion.tolist()
+        if asked is not None and asked.loads is not None:
+            shown["refused"]["gravity"] = asked.loads.gravity.tolist()
+            shown["refused"]["wrench_world"] = asked.loads.wrench_world.tolist()
     return shown
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.loads import Loads
 from ..drawing.robot_lines import RobotLines, platform_outline, robot_lines
 from ..model.equilibrium import Equilibrium
 from ..model.shape import Pose, state_shapes
@@ -26,12 +27,12 @@ class Asked:
     Attributes:
         motors: Motor positions, (n,) [rad or m].
         platform: Where the platform was to be.
-        force: On the platform origin, in the world, (3,) [N].
+        loads: What was to act.
     """
 
     motors: Floats | None = None
     platform: Pose | None = None
-    force: Floats | None = None
+    loads: Loads | None = None
 
 
 @dataclass(frozen=True, eq=False)

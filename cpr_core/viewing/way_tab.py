@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..description.loads import compared
 from ..errors import CprError
+from ..model.equilibrium import Equilibrium
 from ..solving.requests import pose_meaning
 from ..solving.trace import Trace, trace
 from .background import Background, Task
@@ -49,6 +51,8 @@ class WayTab:
     ) -> None:
         self._do, self._background = do, background
         self._way: Trace | None = None
+        self._frame: Equilibrium | None = None
+        self._other_loads = False
         self._line = LineNode(scene, "/way", 0.006 * handled.robot.mean_length)
         self._meanings = {"motors": handled.robot.motor_names}
         if handled.robot.description.controlled:
@@ -133,7 +137,12 @@ class WayTab:
         if shown.robot is not handled.robot:
             self._text.content = "the path is of other strain modes: trace it again"
             return
-        handled.show(shown, f"on the path, time {at:.3f}")
+        current = handled.equilibrium
+        if current is not self._frame:  # the robot was elsewhere before
+            self._other_loads = compared(current.loads) != compared(shown.loads)
+        self._frame = shown
+        under = ", under the loads it was traced with" if self._other_loads else ""
+        handled.show(shown, f"on the path, time {at:.3f}{under}")
 
     def _playing(self, task: Task) -> None:
         begin = time.monotonic()

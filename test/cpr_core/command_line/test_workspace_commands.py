@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from helpers.workspace_cases import rfrfr, six_rfs, small_map
 
-from cpr_core import InvalidRequest, solve_home
+from cpr_core import InvalidRequest, load_robot, solve_home
 from cpr_core.command_line import main
-from cpr_core.drawing.map_plots import fields_of, plot_map
+from cpr_core.drawing.map_plots import field_label, fields_of, plot_map
 from cpr_core.workspace import map_workspace, pose_grid
 from cpr_core.workspace.store import read_map
 
@@ -151,6 +151,22 @@ def test_every_field_can_be_drawn(tmp_path):
         plot_map(found, tmp_path / "no.png", field="no")
     with pytest.raises(InvalidRequest, match=r"no\.pngg: cannot be drawn to: .*png"):
         plot_map(found, tmp_path / "no.pngg")
+
+
+@pytest.mark.parametrize(
+    ("field", "label"),
+    [
+        ("index", "index"),
+        ("forward_margin", "forward margin"),
+        ("energy", "energy [J]"),
+        ("smallest_eigenvalue", "smallest eigenvalue [J]"),
+        ("limit_margin", "limit margin [rad, rod lengths, or of the limit]"),
+        ("motor1", "motor1 [m]"),
+        ("motor1_effort", "motor1_effort [N]"),
+    ],
+)
+def test_fields_are_drawn_with_their_units(field, label):
+    assert field_label(load_robot("gough_stewart"), field) == label
 
 
 def test_slices_of_three_dimensions_are_drawn(tmp_path):

@@ -7,9 +7,12 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from helpers.shipped_steps import CHAINS
+from helpers.yaml_content import yaml_content
 from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import art3d
 
 from cpr_core import leg_shapes, load_robot, solve_home
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.drawing.robot_drawing import draw_equilibrium
 
 
@@ -50,6 +53,29 @@ def test_rods_links_and_joints_are_drawn(name):
         moved = mpl.colors.same_color(mark.get_markerfacecolor(), "black")
         assert moved == (joint.motor is not None)
         assert (mark.get_marker() == "s") == (joint.kind == "prismatic")
+
+
+@pytest.mark.parametrize("name", ["four_rfr", "gough_stewart"])
+def test_the_platform_is_drawn_around_its_joints(name, monkeypatch):
+    """Legs of a planar robot were taken in their order, those of others around the platform origin."""
+    content = yaml_content(shipped_robots()[name].read_text())
+    content["legs"][1:3] = content["legs"][2:0:-1]
+    for leg in content["legs"]:
+        leg["tip"]["position"][0] -= 0.3
+    content["home"]["platform"]["position"][0] += 0.3
+    plates = []
+
+    class Plate(art3d.Poly3DCollection):
+        def __init__(self, faces, **given):
+            plates.extend(faces)
+            super().__init__(faces, **given)
+
+    monkeypatch.setattr(art3d, "Poly3DCollection", Plate)
+    _, axes = drawn(content)
+    plates += [points_of(line) for line in axes.lines if line.get_linewidth() == 3.0]
+    x, y = plates[0].T[:2]
+    area = 0.5 * abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+    assert area == pytest.approx({"four_rfr": 0.02, "gough_stewart": 0.0198}[name], rel=0.02)
 
 
 def test_clamped_tips_have_no_mark_and_the_label_is_given_once():

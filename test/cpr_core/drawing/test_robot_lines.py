@@ -3,6 +3,8 @@
 
 """Lines of a robot: their colours, and the pieces they are drawn as."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from helpers.yaml_content import yaml_content
@@ -11,6 +13,7 @@ from numpy.testing import assert_array_equal
 from cpr_core import load_robot
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.drawing.robot_lines import platform_outline, segments, shades
+from cpr_core.lie import rotation_exp
 
 
 @pytest.mark.parametrize(
@@ -40,3 +43,20 @@ def test_the_outline_of_a_platform_does_not_depend_on_its_origin(shift):
     moved = platform_outline(load_robot(content))
     first = moved.index(around[0])
     assert [*moved[first:-1], *moved[:first], around[0]] == around
+
+
+@pytest.mark.parametrize(
+    "turn", [[0, 0, 0], [np.pi / 2, 0, 0], [0, np.pi / 2, 0], [0.9, -0.7, 0.4]]
+)
+def test_the_outline_goes_around_however_the_plate_lies_in_its_frame(turn):
+    """Sorted by angles in x and y, of a plate that stands upright it crossed itself."""
+    content = yaml_content(shipped_robots()["gough_stewart"].read_text())
+    flat = load_robot(content)
+    rotation = rotation_exp(turn)
+    for leg in content["legs"]:
+        leg["tip"]["position"] = (rotation @ leg["tip"]["position"]).tolist()
+        if "axis" in leg["tip"]:
+            leg["tip"]["axis"] = (rotation @ leg["tip"]["axis"]).tolist()
+    turned = load_robot(content)
+    sides = [{*side} for side in pairwise(platform_outline(flat))]
+    assert all({*side} in sides for side in pairwise(platform_outline(turned)))

@@ -182,6 +182,56 @@ def test_loads_gravity_and_home(planar):
     assert not handled.has_gravity
 
 
+def test_home_is_home_also_from_another_branch(planar):
+    """It was called home at the motors of home, a metre away and unstable, with no way back."""
+    home = cpr_core.solve_home(planar)
+    found = cpr_core.find_equilibria(planar, home.motors)
+    handled = HandledRobot(planar)
+    others = [entry.equilibrium for entry in found if not entry.from_home]
+    assert len(others) > 2
+    for other in others:
+        handled.take(other, "jumped")
+        assert handled.go_home()
+        assert handled.equilibrium is home
+        away = np.linalg.norm(other.platform_position - home.platform_position)
+        assert "at home, by a jump" in handled.words
+        assert f"platform {away:.3g} m from home, index {other.index_locked}" in handled.words
+        assert handled.undo()
+        assert handled.equilibrium is other
+    handled = HandledRobot(planar)
+    assert handled.move_motors(home.motors + [0.1, 0.1]) and handled.go_home()
+    assert handled.words == "at home"
+
+
+@pytest.mark.parametrize("name", ["six_rfs", "three_rfs", "delta", "gough_stewart"])
+def test_moments_act_in_space_too(name):
+    """All were refused: they have no potential, so no energy says that the robot stays stable."""
+    robot = cpr_core.load_robot(name)
+    handled = HandledRobot(robot)
+    home = handled.equilibrium
+    loads = home.loads.with_(wrench_world=[0, 0, 1e-3, 0, 0, 0])
+    assert handled.load(loads), handled.words
+    expected = cpr_core.solve_forward(robot, home.motors, loads=loads)
+    np.testing.assert_allclose(handled.equilibrium.state, expected.state, rtol=0.0, atol=1e-8)
+    assert handled.push([0.0, 0.0, -1e-3])
+
+
+def test_a_drag_is_undone_as_one_however_long_the_hand_rests(planar):
+    clock = Clock()
+    handled = HandledRobot(planar, clock=clock)
+    home = handled.equilibrium
+    for pause in (0.1, 5.0, 20.0):
+        assert dragged(handled, [0.01, 0.0, 0.0])
+        clock.now += pause
+    handled.end_gesture()
+    there = handled.equilibrium
+    assert dragged(handled, [0.01, 0.0, 0.0])
+    assert handled.undo()
+    assert handled.equilibrium is there
+    assert handled.undo()
+    assert handled.equilibrium is home
+
+
 def test_modes_are_another_robot_at_the_same_place(planar):
     handled = HandledRobot(planar)
     before = handled.equilibrium

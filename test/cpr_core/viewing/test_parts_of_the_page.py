@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 import cpr_core
+from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Threshold
 from cpr_core.viewing.background import Background
 from cpr_core.viewing.bars import bar, bars
@@ -253,6 +254,21 @@ def test_a_screen_is_kept_as_yaml(planar):
     assert kept["refused"]["motors"] == handled.refused.asked.motors.tolist()
     assert kept["energy"] == handled.equilibrium.energy
     assert kept["measures"]["margin"] == pytest.approx(handled.equilibrium.margin)
+
+
+def test_all_that_was_refused_is_kept_as_yaml():
+    """Of a pose the angle was not, of loads nothing."""
+    robot = cpr_core.load_robot("planar_body")
+    handled = HandledRobot(robot)
+    assert not handled.move_pose([0.0, 0.0, 4.0])
+    kept = yaml.safe_load(as_yaml(handled))["refused"]
+    expected = quaternion_from_rotation(rotation_exp([0.0, 0.0, 4.0]))
+    assert abs(np.dot(kept["quaternion_wxyz"], expected)) == pytest.approx(1.0)
+    wrench = [0.0, 0.0, 30.0, 0.0, -500.0, 0.0]
+    assert not handled.load(handled.equilibrium.loads.with_(wrench_world=wrench))
+    kept = yaml.safe_load(as_yaml(handled))["refused"]
+    assert kept["wrench_world"] == wrench
+    assert kept["gravity"] == handled.equilibrium.loads.gravity.tolist()
 
 
 def test_pictures_become_a_gif():

@@ -89,6 +89,26 @@ def test_a_click_on_a_map_goes_there(page, looker, map_file):
     looker.switch("handles")
 
 
+def test_a_map_of_other_loads_is_not_shown(page, looker):
+    """Its colours and clicks stayed, and stable cells were refused as unstable."""
+    looker.open_tab("map")
+    looker.until(lambda: looker.visible("/map"))
+    pushed = page.equilibrium.loads.with_(wrench_world=[0, 0, 0, 0, -0.1, 0])
+    page.do("push", lambda handled: handled.load(pushed))
+    looker.page.get_by_text("The map is of other loads than act now").wait_for()
+    looker.until(lambda: not looker.visible("/map"))
+    page.do("undo", lambda handled: handled.undo())
+    looker.page.get_by_text("cells are reached").wait_for()
+    looker.until(lambda: looker.visible("/map"))
+    page.do("modes", lambda handled: handled.choose_modes(7))
+    looker.page.get_by_text("The map is of other strain modes").wait_for()
+    looker.open_tab("robot")
+    looker.until(lambda: looker.field("strain modes").input_value() == "7")
+    page.do("undo", lambda handled: handled.undo())
+    looker.until(lambda: looker.field("strain modes").input_value() == "5")
+    looker.until(lambda: looker.visible("/map"))
+
+
 def test_what_is_no_map_is_told(page, looker, tmp_path):
     file = tmp_path / "wrong.nc"
     file.write_text("no map")
@@ -122,6 +142,14 @@ def test_a_way_is_traced_and_played(page, looker):
     )
     settled(page, looker)
     looker.picture("way")
+    assert "on the path, time 1.000" in looker.text()
+    assert "traced with" not in looker.text()
+    loads = page.equilibrium.loads
+    pushed = loads.with_(wrench_world=[0, 0, 0, 0, -0.1, 0])
+    page.do("push", lambda handled: handled.load(pushed))
+    looker.press("play")
+    looker.page.get_by_text("time 1.000, under the loads it was traced with").wait_for()
+    assert page.equilibrium.loads is loads
 
 
 def test_what_is_on_screen_is_saved(page, looker):
