@@ -11,6 +11,7 @@ from __future__ import annotations
 import csv
 import difflib
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -112,6 +113,9 @@ def _check_header(robot: Robot, place: Path, header: Sequence[str]) -> None:
         InvalidRequest: One is not, or is there twice.
     """
     known = _columns(robot)
+    if len(header) == 1 and (between := re.search(r"[;\t]", header[0])):
+        problem = f"expected commas between cells, and decimal points, got {between[0]!r}"
+        raise InvalidRequest("measurements", f"{place}: line 1: {problem}")
     for name in header:
         if name not in known:
             nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
@@ -219,7 +223,7 @@ def write_poses(
             writer.writerow(header)
             for equilibrium in equilibria:
                 values = _values(equilibrium)
-                writer.writerow([f"{values[name]:.9g}" for name in header])
+                writer.writerow([f"{values[name]:.12g}" for name in header])
     except OSError as error:
         raise InvalidRequest("out", f"{file}: cannot be written: {error}") from None
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
+from ..model.configurations import SAME_EQUILIBRIUM
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..validation import checked_word
@@ -44,6 +45,8 @@ class Objective(Protocol):
     name: ClassVar[ObjectiveName]
     #: A change of the motors below this is none.
     tolerance: ClassVar[float]
+    #: Equilibria nearer than this, dimensionless, are one that was reached by two ways.
+    same: ClassVar[float]
 
     def value(self, equilibrium: Equilibrium) -> float:
         """What is made least, dimensionless."""
@@ -78,6 +81,7 @@ class LeastMotion:
     motors: Floats
     name: ClassVar[ObjectiveName] = "least_motion"
     tolerance: ClassVar[float] = 1e-7
+    same: ClassVar[float] = SAME_EQUILIBRIUM
 
     def value(self, equilibrium: Equilibrium) -> float:
         """Half the square of the way."""
@@ -105,6 +109,7 @@ class LeastEffort:
 
     name: ClassVar[ObjectiveName] = "least_effort"
     tolerance: ClassVar[float] = 1e-9
+    same: ClassVar[float] = SAME_EQUILIBRIUM
 
     def value(self, equilibrium: Equilibrium) -> float:
         """Half the sum of squares."""
@@ -136,6 +141,8 @@ class GreatestMargin:
 
     name: ClassVar[ObjectiveName] = "greatest_margin"
     tolerance: ClassVar[float] = 1e-6
+    #: The margin is flat at its greatest: where a search ends, motors are 1e-4 from there, forces 1e-3.
+    same: ClassVar[float] = 1e-2
 
     #: Way of the differences: their error and that of the margins are then alike.
     _WAY: ClassVar[float] = 1e-3

@@ -113,6 +113,7 @@ class Flood:
         self.longest, self.smallest = step_fractions(robot, grid, tolerance)
         self.aim = objective_of(start, grid.given, objective)
         self.objective = "" if self.aim is None else str(self.aim)
+        self.same = SAME_EQUILIBRIUM if self.aim is None else self.aim.same
         self.leave: Task[tuple[Analyses, Arrivals]] = analyses_and_arrivals
         self.arrive: Task[Arrivals] = arrivals_of
         if self.aim is not None:
@@ -159,7 +160,7 @@ class Flood:
         if walk.stopped is not None:
             return False
         end = self._arrived(walk.last)
-        return bool(self._distance(np.array([cell]), end, np.array([0]))[0] < SAME_EQUILIBRIUM)
+        return bool(self._distance(np.array([cell]), end, np.array([0]))[0] < self.same)
 
     def begin(self) -> None:
         """Walk from the start to the nearest cell that can be reached."""
@@ -280,7 +281,7 @@ class Flood:
         _, first = np.unique(target[new], return_index=True)
         makers = new[np.sort(first)]
         self._accept(target[makers], arrivals, makers)
-        same = self._distance(target[arrived], arrivals, arrived) < SAME_EQUILIBRIUM
+        same = self._distance(target[arrived], arrivals, arrived) < self.same
         passed, differing = arrived[same], arrived[~same]
         edges[source[passed], column[passed]] = EdgeState.PASSED
         edges[target[passed], back[passed]] = EdgeState.PASSED

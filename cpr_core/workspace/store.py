@@ -149,9 +149,12 @@ def _map_of(
     """The map in a file."""
     if attributes.get("cpr_map_format") != FORMAT:
         raise InvalidRequest("file", f"expected a map of format {FORMAT} in {file}")
-    for name, mine in (("robot_description", _described(robot)), ("loads", _as_json(loads))):
-        if attributes[name] != mine:
-            raise InvalidRequest("file", f"{file} is a map with another {name}")
+    asked = {"robot_description": _described(robot), "loads": _as_json(loads)}
+    for name, mine in asked.items():
+        # As numbers: a zero with another sign is the same.
+        if attributes[name] != mine and json.loads(attributes[name]) != json.loads(mine):
+            other = "other loads" if name == "loads" else f"another {name}"
+            raise InvalidRequest("file", f"{file} is a map with {other}")
     grid = _grid_of(attributes["grid"])
     whole = {}
     for name in _STORED:

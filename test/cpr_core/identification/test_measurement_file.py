@@ -34,9 +34,9 @@ def test_poses_that_are_written_are_measurements(spatial, tmp_path, loaded):
     write_poses(tmp_path / "poses.csv", found)
     rows = read_measurements(spatial, tmp_path / "poses.csv")
     for row, each in zip(rows, found, strict=True):
-        assert row.motors == pytest.approx(each.motors, rel=1e-8)
-        assert row.position == pytest.approx(each.platform_position, abs=1e-8)
-        assert row.rotation == pytest.approx(each.platform_rotation, abs=1e-8)
+        assert row.motors == pytest.approx(each.motors, rel=1e-11)
+        assert row.position == pytest.approx(each.platform_position, abs=1e-11)
+        assert row.rotation == pytest.approx(each.platform_rotation, abs=1e-11)
         assert row.efforts is None
         force = None if row.loads is None else row.loads.wrench_world.tolist()
         assert force == ([0, 0, 0, 0, 0, -1] if loaded else None)
@@ -112,6 +112,11 @@ def test_cells_may_be_empty_and_columns_in_any_order(robot, tmp_path):
         ("", "expected a header and at least one row"),
         ("motor1,motor2\n", "expected a header and at least one row"),
         ("motor1,moter2\n1,2\n", "'moter2', did you mean motor2?; expected"),
+        (
+            "motor1;motor2\n1;2\n",
+            "line 1: expected commas between cells, and decimal points, got ';'",
+        ),
+        ("motor1\tmotor2\n1\t2\n", "line 1: expected commas between cells, and decimal points"),
         ("motor1,motor1\n1,2\n", "column motor1 is there twice"),
         ("motor1,motor2\n1,2,3\n", "line 2: expected 2 cells, got 3"),
         ("motor1,motor2\n1,2\n1,two\n", "line 3, column motor2: expected a number"),

@@ -254,5 +254,5 @@ def test_a_map_is_read_with_the_loads_of_the_view(robot, tmp_path):
     grid = pose_grid(robot, {"x": (x, x + 0.02), "y": (y, y + 0.02)}, resolution=0.02)
     map_workspace(robot, grid, start=start, file=file, tolerance=0.0)
     cpr_core.view(robot, start, map_file=file, port=0).close()
-    with pytest.raises(cpr_core.InvalidRequest, match="another loads"):
+    with pytest.raises(cpr_core.InvalidRequest, match="other loads"):
         cpr_core.view(robot, map_file=file, port=0)

@@ -57,6 +57,19 @@ def test_every_cell_is_the_best_from_the_start(robot, grid, objective):
         assert found.inverse_margin[cell] == pytest.approx(margin, rel=1e-6)
 
 
+def test_searches_that_end_beside_each_other_are_no_two_sheets(robot):
+    """Of 80 ways between cells 20 disagreed, by what the search for the greatest margin leaves."""
+    grid = pose_grid(robot, {"x": (-0.1, 0.1), "y": (-0.1, 0.1)}, {"angle": 0.1}, resolution=0.05)
+    found = map_workspace(robot, grid, objective="greatest_margin", tolerance=0.0)
+    assert found.reached.all() and found.usable.all() and not len(found.disagreements)
+    home = solve_home(robot)
+    for cell in range(0, grid.size, 4):
+        pose = found.equilibrium(cell).pose
+        expected = solve_inverse(robot, pose, start=home, objective="greatest_margin")
+        np.testing.assert_allclose(found.motors[cell], expected.motors, rtol=0.0, atol=3e-4)
+        assert found.equilibrium(cell).margin == pytest.approx(expected.margin, abs=1e-5)
+
+
 def test_the_result_is_the_same_elsewhere_and_on_disk(robot, grid, tmp_path):
     file = tmp_path / "map.nc"
     found = map_workspace(robot, grid, tolerance=0.0, file=file)

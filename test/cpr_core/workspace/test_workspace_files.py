@@ -264,8 +264,10 @@ def test_maps_of_something_else_are_not_gone_on_with(tmp_path):
     with pytest.raises(InvalidRequest, match="another robot_description"):
         read_map(file, six_rfs())
     loads = rfrfr().default_loads.with_(gravity=[0.0, -1.0, 0.0])
-    with pytest.raises(InvalidRequest, match="another loads"):
+    with pytest.raises(InvalidRequest, match="other loads"):
         read_map(file, rfrfr(), loads)
+    signed = rfrfr().default_loads.with_(gravity=[0.0, -0.0, 0.0], wrench_world=-np.zeros(6))
+    assert read_map(file, rfrfr(), signed).loads is signed
     file.write_text("not a map")
     with pytest.raises(InvalidRequest, match="expected a NetCDF file"):
         read_map(file, rfrfr())
