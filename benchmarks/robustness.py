@@ -221,7 +221,9 @@ def main() -> None:
         "ended back to home. Targets of the inverse problem and of the problem by effort are poses and "
         "efforts of equilibria that motors can reach; the straight path in the pose or in the efforts "
         "may all the same lead through folds or limits. Written by `python -m benchmarks.robustness`; "
-        "`test/cpr_core/solving/test_robustness.py` runs the same.",
+        "`test/cpr_core/solving/test_robustness.py` runs the same. Left out are `six_rus`, which walks "
+        "for minutes, `three_prs` and `three_rfr_hubs`, of chains as `delta` is, and `four_rfr`, whose "
+        "inverse problem is one of an objective.",
         "",
         f"| robot | range | given | targets | {' | '.join(kinds)} | events not real | no equilibrium "
         "| walk back stopped | farthest from home after walking back |",

@@ -21,7 +21,7 @@ from .identification.measurements import Measurement, StandardDeviations
 from .identification.proposed_poses import ProposedPoses, propose_poses
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
-from .model.kinemato_statics import KinematoStatics, kinemato_statics
+from .model.kinemato_statics import Increments, KinematoStatics, kinemato_statics
 from .model.linear_problems import Singularity
 from .model.robot import Robot
 from .model.shape import JointPlace, LegShape, leg_shapes
@@ -64,6 +64,7 @@ __all__ = [
     "DistributedForce",
     "Equilibrium",
     "FoundEquilibrium",
+    "Increments",
     "InvalidQuaternion",
     "InvalidRequest",
     "JointPlace",

@@ -36,7 +36,8 @@ def section() -> str:
                 values.append((shown, member))
     lines = ["### Functions", ""]
     for name, function in functions:
-        lines += [f"**`{name}{_arguments(function)}`**  ", _first(function), ""]
+        shown = f"{name}{_arguments(function)}{_result(function)}"
+        lines += [f"**`{shown}`**  ", _first(function), ""]
         lines += _arguments_table(function)
     lines += ["### Values", ""]
     for name, kind in values:
@@ -70,11 +71,26 @@ def _data_table(errors: list[tuple[str, Any]]) -> list[str]:
 def _arguments(function: Any) -> str:
     shown = []
     for name, argument in inspect.signature(function).parameters.items():
+        if name in ("self", "cls"):
+            continue
         if argument.kind is inspect.Parameter.KEYWORD_ONLY and "*" not in shown:
             shown.append("*")
         default = "" if argument.default is inspect.Parameter.empty else f"={argument.default!r}"
         shown.append(f"{name}{default}")
     return f"({', '.join(shown)})"
+
+
+def _result(function: Any) -> str:
+    """What kind of thing comes back."""
+    kind = str(inspect.signature(function).return_annotation)
+    kind = re.sub(r"\bFloats\b|\bIntegers\b|\bFlags\b|\w*Array\[[^\[\]]*\]", "array", kind)
+    return f" -> {kind}"
+
+
+def _returned(function: Any) -> str:
+    """What comes back, in words, where there is more to say than its kind."""
+    found = re.search(r"^Returns:\n((?:[ ]{4}.*\n?|\n)+)", _text(function), re.MULTILINE)
+    return " ".join(found[1].split()) if found else ""
 
 
 def _first(member: Any) -> str:
@@ -103,10 +119,25 @@ def _listed(member: Any, heading: str) -> list[tuple[str, str]]:
 
 def _arguments_table(function: Any) -> list[str]:
     entries = _listed(function, "Args")
+    if returned := _returned(function):
+        entries.append(("returns", returned))
     if not entries:
         return []
     lines = [row("argument", "meaning"), "|---|---|"]
-    return [*lines, *(row(f"`{name}`", meaning) for name, meaning in entries), ""]
+    return [*lines, *(row(_argument(name), meaning) for name, meaning in entries), ""]
+
+
+def _argument(name: str) -> str:
+    return name if name == "returns" else f"`{name}`"
+
+
+def _method(function: Any) -> str:
+    """What a method does, with its arguments."""
+    words = [_first(function)]
+    words += [f"``{name}``: {meaning}" for name, meaning in _listed(function, "Args")]
+    if returned := _returned(function):
+        words.append(f"Returns: {returned}")
+    return " ".join(words)
 
 
 def _members(kind: type[enum.Enum]) -> list[str]:
@@ -132,7 +163,7 @@ def _attributes(kind: type) -> list[str]:
             entries[name] = _first(member.func)
         elif inspect.isfunction(member) or isinstance(member, (classmethod, staticmethod)):
             function = member if inspect.isfunction(member) else member.__func__
-            entries[f"{name}()"] = _first(function)
+            entries[f"{name}{_arguments(function)}{_result(function)}"] = _method(function)
     if not entries:
         return []
     lines = [row("attribute", "meaning"), "|---|---|"]

@@ -143,7 +143,8 @@ class Loads:
     Attributes:
         gravity: Acceleration in the world, on rods and platform, shape (3,) [m/s^2].
         rod_force: Uniform force per length on every rod, fixed in space, shape (3,) [N/m].
-        wrench_world: Platform wrench fixed in space, shape (6,). Its moment is not conservative.
+        wrench_world: Platform wrench fixed in space, shape (6,). Its moment is not conservative, but for
+            planar robots.
         wrench_body: Platform wrench that turns with the platform, shape (6,); not conservative.
         distributed: Forces per length on single rods.
         points: Forces on points of rods.

@@ -258,7 +258,8 @@ def _unknown(written: WrittenFields, path: str) -> UnknownParameter:
     for name, value in written.read.items():
         known |= dict.fromkeys(_numbers(name, value))
     known |= dict.fromkeys(_numbers("", copy.copy(written.content)))
-    nearest = difflib.get_close_matches(path.replace("[*]", "[0]"), known, n=1, cutoff=0.5)
+    changeable = [name for name in known if not name.startswith(f"{_DISCRETISATION}.")]
+    nearest = difflib.get_close_matches(path.replace("[*]", "[0]"), changeable, n=1, cutoff=0.5)
     return UnknownParameter(path, nearest[0] if nearest else "")
 
 

@@ -21,7 +21,7 @@ def bending_strains(equilibrium: Equilibrium) -> Floats:
 
     The strain of the outermost fibre, curvature (less the one at rest) times its distance from the
     centre line, at the quadrature nodes and at both ends. In between it may be larger, of shipped robots
-    by up to 1 %. Torsion and tension are not counted. Where a profile changes the stiffness, the section
+    by some 2 %. Torsion and tension are not counted. Where a profile changes the stiffness, the section
     is still the one of the description.
 
     Raises:

@@ -39,7 +39,7 @@ class PathEvent:
 
     Attributes:
         kind: What happened.
-        fraction: Where, as a fraction of the way, to 1e-8.
+        fraction: Where, as a fraction of the way, to 1e-9.
         equilibrium: The last equilibrium before it, less than 1e-8 of the way away; where several
             branches cross, the last one that is well told apart from the others.
         index_before: Stability index before it: of the motors as the problem has them, locked where
