@@ -54,7 +54,8 @@ def run(
                     _spin(node, executor, stop)
     except Exception as error:
         if not stop.requested:
-            expected = isinstance(error, CprError | ParameterException) or not rclpy.ok()
+            known = isinstance(error, CprError | ParameterException)
+            expected = known or executor is None or not rclpy.ok()
             print(f"cpr_node: {error}" if expected else traceback.format_exc(), file=sys.stderr)
             status = 1
     finally:

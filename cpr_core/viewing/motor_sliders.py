@@ -111,6 +111,7 @@ class MotorSliders:
     def forget(self) -> None:
         """Nobody has asked for where they are: `show` puts all of them where the motors are."""
         self._done = [slider.value for slider in self._sliders]
+        self._heard = [count + 1 for count in self._heard]  # what waits at an end is not asked for
 
     def show(self, motors: list[float], held: int | None = None) -> None:
         """Put them where the motors are; one that is held stays at what is asked.

@@ -86,6 +86,8 @@ class NodePage:
     def show_no_robot(self) -> None:
         """Nothing is known of the robot any more. Who was in control of it has no control of another."""
         self._give_back("another robot has come")
+        if self._robot is not None:
+            self._sliders.forget()
         self._robot = None
         for part in self._parts:
             part.remove()

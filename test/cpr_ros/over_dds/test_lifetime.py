@@ -174,6 +174,16 @@ def test_a_node_that_cannot_start_says_why_and_exits_with_1(tmp_path, arguments,
     assert "Traceback" not in process.output()
 
 
+def test_where_no_log_can_be_written_is_said_in_a_line(tmp_path, monkeypatch):
+    """rclpy raises before there is a node."""
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "file" / "log"))
+    process = NodeProcess(tmp_path / "node.log", free_domain(), ["-p", "robot:=rfrfr"])
+    assert process.process.wait(TIMEOUT) == 1
+    assert "cpr_node: failed to initialize logging" in process.output()
+    assert "Traceback" not in process.output()
+
+
 def test_two_nodes_with_other_robots_live_in_two_namespaces(tmp_path):
     domain = free_domain()
     processes = [
