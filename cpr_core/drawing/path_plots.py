@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,7 @@ def plot_trace(found: Trace, file: Path) -> None:
         found: The path.
         file: Picture to write; its ending tells the format.
     """
+    found = _up_to_the_stop(found)
     figure = new_figure((13.0, 8.0))
     spatial = not found.robot.planar
     views = figure.add_subplot(2, 2, 1, projection="3d" if spatial else None)
@@ -106,6 +108,15 @@ def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path, most: int = 2
     more = f", {left} of higher energy not drawn" if left else ""
     figure.suptitle(f"{name}: {len(found)} equilibria{more}; blue: stable with the motors held")
     save_figure(figure, file, dpi=110.0)
+
+
+def _up_to_the_stop(found: Trace) -> Trace:
+    """The same with the equilibrium that it was stopped at, which is between its points."""
+    stopped = found.stopped
+    if stopped is None or stopped.equilibrium is found.equilibria[-1]:
+        return found
+    fractions = np.append(found.fractions, stopped.fraction)
+    return replace(found, fractions=fractions, equilibria=(*found.equilibria, stopped.equilibrium))
 
 
 def _mark_events(axes: Any, found: Trace, named: bool) -> None:
