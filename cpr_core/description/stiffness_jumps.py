@@ -8,40 +8,94 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..errors import DescriptionError
+from ..rods.rod import Profile
+from ..rods.strain_basis import StrainBasis
 from .robot_description import RobotDescription
 
 __all__ = ["check_jumps"]
+
+Floats = NDArray[np.float64]
 
 #: A stiffness that changes by more than this factor within half the length of the shortest wave that
 #: polynomial modes follow is a jump to them.
 _JUMP = 1.1
 #: Stations are written with rounding.
 _ROUNDED = 1e-9
+#: Splines may bend a rod by so much too little or too much under one moment, of what it bends.
+_SPLINES_OFF = 0.025
 
 
 def check_jumps(description: RobotDescription) -> None:
-    """Whether polynomial modes can follow how the stiffness changes along every rod.
+    """Whether strain modes can follow how the stiffness changes along every rod.
 
     Raises:
         DescriptionError: They cannot: the answer would be centimetres wrong and look converged.
     """
     for number, leg in enumerate(description.legs):
         for rod, element in enumerate(leg.rods):
-            modes, profile = max(element.modes.counts), element.rod.profile
-            if element.modes.basis.breakpoints or profile.uniform:
+            profile = element.rod.profile
+            if profile.uniform:
                 continue
-            at, stiffness = profile.at, profile.stiffness
-            for k in range(len(at) - 1):
-                near = at[k + 1] - at[k] < 0.5 / modes - _ROUNDED
-                if near and max(stiffness[k : k + 2]) > _JUMP * min(stiffness[k : k + 2]):
-                    problem = (
-                        f"the stiffness changes from {stiffness[k]:g} to {stiffness[k + 1]:g} between "
-                        f"{at[k]:g} and {at[k + 1]:g}, a jump to {modes} polynomial modes: write two "
-                        "rods in a chain"
-                    )
-                    field = f"{_profiled(description, number, rod)}.profile.at"
-                    raise DescriptionError(description.source, field, problem)
+            modes = max(element.modes.counts)
+            basis = element.modes.basis
+            find = _not_by_splines if basis.breakpoints else _not_by_polynomials
+            if problem := find(basis, modes, profile):
+                field = f"{_profiled(description, number, rod)}.profile.at"
+                raise DescriptionError(description.source, field, problem)
+
+
+def _not_by_polynomials(basis: StrainBasis, modes: int, profile: Profile) -> str:
+    """What polynomial modes cannot follow, in words; empty: nothing."""
+    at, stiffness = profile.at, profile.stiffness
+    for k in range(len(at) - 1):
+        near = at[k + 1] - at[k] < 0.5 / modes - _ROUNDED
+        if near and max(stiffness[k : k + 2]) > _JUMP * min(stiffness[k : k + 2]):
+            return (
+                f"the stiffness changes from {stiffness[k]:g} to {stiffness[k + 1]:g} between "
+                f"{at[k]:g} and {at[k + 1]:g}, a jump to {modes} polynomial modes: write two "
+                "rods in a chain"
+            )
+    return ""
+
+
+def _not_by_splines(basis: StrainBasis, modes: int, profile: Profile) -> str:
+    """What modes with knots cannot follow, in words; empty: nothing."""
+    off = _bent_wrongly(basis, modes, profile)
+    if off <= _SPLINES_OFF:
+        return ""
+    return (
+        f"the stiffness changes faster than {modes} modes with these knots follow: a rod that one "
+        f"moment bends would be {100.0 * off:.2g} % off; put knots around where it changes, or write "
+        "two rods in a chain"
+    )
+
+
+def _bent_wrongly(basis: StrainBasis, modes: int, profile: Profile) -> float:
+    """How far from where it is a rod would be that one moment bends, of its largest deflection.
+
+    Its curvature is one over the stiffness; modes take of it what leaves the least energy.
+    """
+    edges = np.unique(
+        [0.0, 1.0, *profile.at, *basis.breakpoints, *np.linspace(0.0, 1.0, 2 * modes)]
+    )
+    points, halves = np.polynomial.legendre.leggauss(8)
+    step = np.diff(edges)[:, None]
+    sigma = (edges[:-1, None] + 0.5 * step * (1.0 + points)).ravel()
+    weights = (0.5 * step * halves).ravel()
+    stiffness = np.interp(sigma, profile.at, profile.stiffness)
+    functions = basis.values(sigma, modes)
+    energy = functions.T @ ((weights * stiffness)[:, None] * functions)
+    taken = functions @ np.linalg.lstsq(energy, functions.T @ weights, rcond=None)[0]
+
+    def deflection(curvature: Floats) -> float:
+        turned = np.cumsum(weights * curvature)
+        return float(np.abs(np.cumsum(weights * turned)).max())
+
+    return deflection(1.0 / stiffness - taken) / deflection(1.0 / stiffness)
 
 
 def _profiled(description: RobotDescription, number: int, rod: int) -> str:

@@ -494,6 +494,38 @@ def test_a_stiffness_that_changes_slowly_or_with_knots_is_taken():
     assert load_robot(knots).description.legs[0].rods[0].rod.uniform
 
 
+@pytest.mark.parametrize(
+    ("degree", "knots", "width", "taken"),
+    [
+        (3, [0.5], 0.2, True),
+        (3, [0.5], 0.05, False),
+        (3, [0.2, 0.4, 0.6, 0.8], 0.1, True),
+        (3, [0.2, 0.4, 0.6, 0.8], 1e-6, False),
+        (3, [0.49, 0.51], 0.02, False),
+        (3, [0.48, 0.49, 0.5, 0.51, 0.52], 0.02, True),
+        (1, [0.49, 0.51], 0.02, True),
+        (0, [0.5], 1e-6, True),
+        (0, [0.3], 1e-6, False),
+    ],
+)
+def test_splines_follow_what_their_knots_let_them(degree, knots, width, taken):
+    """They were taken whatever the knots, and up to 20 mm wrong; here by the truth of many knots."""
+    changed = content("rfrfr")
+    at = [0, 0.5 - 0.5 * width, 0.5 + 0.5 * width, 1]
+    changed["rod"]["profile"] = {"at": at, "stiffness": [1, 1, 0.25, 0.25]}
+    changed["strain"] = {"basis": "bsplines", "degree": degree, "knots": knots}
+    if not taken:
+        with pytest.raises(DescriptionError, match="faster than") as caught:
+            load_robot(changed)
+        assert caught.value.field == "rod.profile.at"
+        return
+    home = solve_home(load_robot(changed))
+    fine = sorted({*np.linspace(0.05, 0.95, 19), *np.linspace(at[1], at[2], 11)})
+    changed["strain"] = {"basis": "bsplines", "degree": 1, "knots": [float(k) for k in fine]}
+    true = solve_home(load_robot(changed))
+    assert np.linalg.norm(home.platform_position - true.platform_position) < 0.01
+
+
 # Joints of one's own: one class and its name.
 
 
