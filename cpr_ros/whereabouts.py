@@ -72,6 +72,8 @@ class Whereabouts:
         self._lost = ""
         self._kept: KeptState | None = None
         self._newest: _Place | None = None
+        #: Since when a place is known that is in no file (system time); None: there is none.
+        self._unkept_since: float | None = None
         folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
         self._file = folder / f"{name}.{node.context.get_domain_id()}.state"
@@ -237,10 +239,13 @@ class Whereabouts:
         it cannot be kept the robot goes on, and that is said once.
         """
         place = self._session.known_place
-        if self._kept is None or place is None:
+        if place is None:
             return
         if self._newest is None or not _same(place, self._newest):
             self._newest = place
+            if self._kept is None:
+                self._unkept_since = time.time()
+                return
             try:
                 self._kept.keep(*place)
             except OSError as error:
@@ -249,7 +254,8 @@ class Whereabouts:
     def look_after_file(self) -> None:
         """Mend what others did to the file and what could not be written; about once a second."""
         if self._kept is None:
-            self._open_later()
+            if self._unkept_since is not None:
+                self._open_later(self._unkept_since)
             return
         try:
             mended = self._kept.mend()
@@ -262,15 +268,25 @@ class Whereabouts:
             )
         self._failing = False
 
-    def _open_later(self) -> None:
-        """Try what failed at the start: what is in the file is of before this robot was moved."""
+    def _open_later(self, since: float) -> None:
+        """Try what failed at the start, for a place that is known since then (system time).
+
+        A file of another robot or description is left alone, and so is one that was written later.
+        """
         try:
-            self._kept = KeptState(self._file, self._session.robot)
+            before = _last_written(self._file)
+            kept = KeptState(self._file, self._session.robot)
         except OSError:
             return
-        self._newest = None
+        if before is not None and (kept.problem or kept.damage or before > since):
+            kept.close()
+            if before > since:
+                self._unkept_since = None  # whoever wrote it knows better
+            return
+        self._kept, self._newest, self._unkept_since = kept, None, None
         self.keep()
-        self._node.get_logger().info(f"where the robot is is kept in {self._file} from now on")
+        if not self._failing:
+            self._node.get_logger().info(f"where the robot is is kept in {self._file} from now on")
 
     def _fail(self, error: OSError) -> None:
         if not self._failing:
@@ -284,6 +300,18 @@ class Whereabouts:
         """Let the file go."""
         if self._kept is not None:
             self._kept.close()
+
+
+def _last_written(file: Path) -> float | None:
+    """When a file was written last (system time); None: it is not there.
+
+    Raises:
+        OSError: That cannot be known.
+    """
+    try:
+        return file.stat().st_mtime
+    except FileNotFoundError:
+        return None
 
 
 def _same(place: _Place, other: _Place) -> bool:

@@ -24,6 +24,10 @@ _REACH = {"rad": math.pi, "m": 0.5}
 _STEPS = 2000.0 + math.pi / 10.0
 #: So long a slider is left where somebody has put it, until the robot is asked to go there [s].
 _PATIENCE = 5.0
+#: Updates of a hand that drags are not farther from each other [s].
+_GESTURE = 0.5
+#: So many steps from an end it is reached by keys.
+_BESIDE = 5
 #: What was typed is over after so long [s].
 _SETTLED = 1.0
 #: More keys are not pressed between two messages of a browser.
@@ -60,8 +64,10 @@ class MotorSliders:
         self._names, self._moved, self._typed = robot.motor_names, moved, typed
         #: Where each was put by us, and where its last request, which was done, wanted it.
         self._put, self._done = [*motors], [*motors]
-        #: What the browser or we have said last, and how often the browser has.
+        #: Where a hand or we have put each last, and how often the browser has said something.
         self._last, self._heard = [*motors], [0] * len(motors)
+        #: When a hand has moved each [s].
+        self._dragged = [-math.inf] * len(motors)
         for number, (motor, at) in enumerate(zip(robot.description.motors, motors, strict=True)):
             reach = _REACH[motor.moves] * robot.motor_units[number]
             low = motor.limits.lower if math.isfinite(motor.limits.lower) else at - reach
@@ -80,27 +86,26 @@ class MotorSliders:
         return tell
 
     async def _hear(self, number: int, position: float) -> None:
-        """Take what a hand does at once, what it may do after a while, and put back what is typed.
+        """Take what a hand does, and put back what is typed.
 
-        Who drags a slider too far leaves it at its end, which may also be the first digit of a number.
+        An end may be the first digit of a number: a hand comes there on its way, not by a jump.
         """
-        slider, last = self._sliders[number], self._last[number]
-        self._last[number] = position
+        slider, last, now = self._sliders[number], self._last[number], time.monotonic()
+        if position == last:
+            return
         self._heard[number] = heard = self._heard[number] + 1
-        at_end = position in (slider.min, slider.max)
-        if not math.isfinite(position) or (
-            not at_end and by_hand(position, last, slider.min, slider.step)
-        ):
-            self._moved(number, position)
-            return
-        if not at_end:
-            self._typed(self._names[number])
-        await asyncio.sleep(_SETTLED)
-        if heard != self._heard[number]:
-            return
-        if at_end:
-            self._moved(number, position)
+        if position in (slider.min, slider.max):
+            on_its_way = now - self._dragged[number] < _GESTURE
+            hand = on_its_way or abs(position - last) <= _BESIDE * slider.step
         else:
+            hand = by_hand(position, last, slider.min, slider.step)
+        if hand or not math.isfinite(position):
+            self._dragged[number], self._last[number] = now, position
+            self._moved(number, position)
+            return
+        self._typed(self._names[number])
+        await asyncio.sleep(_SETTLED)
+        if heard == self._heard[number]:
             self.done(number, position)
             self._last[number] = slider.value = self._put[number]
 
@@ -111,7 +116,7 @@ class MotorSliders:
     def forget(self) -> None:
         """Nobody has asked for where they are: `show` puts all of them where the motors are."""
         self._done = [slider.value for slider in self._sliders]
-        self._heard = [count + 1 for count in self._heard]  # what waits at an end is not asked for
+        self._heard = [count + 1 for count in self._heard]
 
     def show(self, motors: list[float], held: int | None = None) -> None:
         """Put them where the motors are; one that is held stays at what is asked.

@@ -100,7 +100,6 @@ class KeptState:
         """
         if link := link_to_nowhere(file):
             raise FileNotFoundError(errno.ENOENT, "a link that leads nowhere", str(link))
-        file = Path(os.path.realpath(file))  # what is removed is made anew where a link leads
         self.problem, self.damage, self._robot, self._path = "", "", robot, file
         self.commands_before: Floats | None = None
         self._layout = _layout_of(robot)
@@ -315,7 +314,7 @@ def _open_or_make(path: Path, content: bytes | bytearray) -> int:
     try:
         file = os.open(path, os.O_RDWR | os.O_CLOEXEC)
     except FileNotFoundError:
-        return _make(path, content)
+        return _make(Path(os.path.realpath(path)), content)  # where a link leads, if it is one
     try:
         _lock(file)
         if not _has_name(file, path):

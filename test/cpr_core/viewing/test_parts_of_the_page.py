@@ -7,6 +7,8 @@ import asyncio
 import io
 import math
 import threading
+import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,7 +28,7 @@ from cpr_core.viewing.exact_place import put
 from cpr_core.viewing.handled_robot import HandledRobot
 from cpr_core.viewing.mailbox import Mailbox
 from cpr_core.viewing.map_layer import go_to_cell, read_layer
-from cpr_core.viewing.motor_sliders import by_hand
+from cpr_core.viewing.motor_sliders import MotorSliders, by_hand
 from cpr_core.viewing.recorded import as_gif, as_yaml
 from cpr_core.viewing.server import close_server, open_server
 from cpr_core.viewing.status_panel import as_plain, status_text
@@ -326,3 +328,73 @@ def test_numbers_that_are_typed_are_no_steps():
     numbers = np.arange(-55, 581) / 100.0
     taken = [x for x in numbers[1:-1] if by_hand(x, 2.59, -0.55, STEP) and x != 2.59]
     assert len(taken) <= 0.01 * len(numbers), taken
+
+
+class Slider:
+    """As that of the browser, which tells what a hand or a key does."""
+
+    def __init__(self, label, low, high, step, value):
+        self.min, self.max, self.step, self.value = low, high, step, value
+        self.update_timestamp = 0.0
+
+    def on_update(self, tell):
+        self.tell = tell
+
+    async def hear(self, value):
+        self.value, self.update_timestamp = value, time.time()
+        await self.tell(SimpleNamespace(client_id=1, target=self))
+
+
+@pytest.fixture
+def sliders(planar):
+    moved, typed = [], []
+    made = MotorSliders(
+        SimpleNamespace(add_slider=Slider),
+        planar,
+        [2.59, 0.55],
+        lambda *asked: moved.append(asked),
+        typed.append,
+    )
+    return made, made._sliders[0], moved, typed
+
+
+def test_nothing_that_is_typed_is_asked_for_and_it_is_put_back(sliders):
+    made, slider, moved, typed = sliders
+
+    async def type_a_number():
+        await asyncio.gather(*(slider.hear(value) for value in (2.0, 2.7, 2.7, slider.max, 5.0)))
+        await asyncio.gather(slider.hear(2.0), slider.hear(2.0 + slider.step))  # keys in the box
+
+    asyncio.run(type_a_number())
+    assert not moved and set(typed) == {"motor1"}
+    assert slider.value == 2.59
+    made.show([2.5, 0.55])
+    assert slider.value == 2.5
+
+
+def test_a_hand_may_go_to_an_end_but_not_jump_there(sliders):
+    _, slider, moved, typed = sliders
+    asyncio.run(slider.hear(slider.min))
+    assert not moved and typed == ["motor1"] and slider.value == 2.59
+    way = [slider.min + 500 * slider.step, slider.min]
+
+    async def drag():
+        for value in way:
+            await slider.hear(value)
+
+    asyncio.run(drag())
+    assert moved == [(0, value) for value in way] and typed == ["motor1"]
+
+
+def test_what_was_typed_before_sliders_were_forgotten_is_not_put_back_after(sliders):
+    made, slider, moved, _ = sliders
+
+    async def forget_meanwhile():
+        hearing = asyncio.create_task(slider.hear(2.7))
+        await asyncio.sleep(0.01)
+        made.forget()
+        made.show([1.0, 0.55])
+        await hearing
+
+    asyncio.run(forget_meanwhile())
+    assert not moved and slider.value == 1.0

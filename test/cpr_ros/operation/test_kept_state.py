@@ -343,6 +343,29 @@ def test_where_a_link_leads_the_file_is_made_anew_too(file, linked):
 
 
 @pytest.mark.parametrize("linked", ["file", "folder"])
+def test_a_link_that_is_led_elsewhere_is_followed(file, linked):
+    """The disk is replaced, say: the next start looks where the link leads then."""
+    disks = [file.parent.with_name(name) for name in ("first", "second")]
+    for disk in disks:
+        disk.mkdir()
+        KeptState(disk / file.name, ROBOT).close()
+    link = file.parent if linked == "folder" else file
+    targets = [disk if linked == "folder" else disk / file.name for disk in disks]
+    link.parent.mkdir(exist_ok=True)
+    link.symlink_to(targets[0])
+    kept = KeptState(file, ROBOT)
+    kept.keep(at(0.3), at(0.3).motors)
+    link.unlink()
+    link.symlink_to(targets[1])
+    kept.keep(at(0.6), at(0.6).motors)
+    assert kept.mend() and not kept.mend()
+    kept.close()
+    kept = KeptState(file, ROBOT)
+    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    kept.close()
+
+
+@pytest.mark.parametrize("linked", ["file", "folder"])
 def test_a_link_that_leads_nowhere_is_no_new_file(file, linked):
     """What it leads to may be away for now, and know where the robot is."""
     link = file if linked == "file" else file.parent

@@ -773,11 +773,11 @@ def test_a_file_that_another_node_had_is_kept_as_soon_as_it_is_free(bench, start
     bench.until_said("ready")
     assert "every second" in bench.process.output()
     another.close()
-    bench.until_said("is kept in")
     if start_from == "home":  # nothing is known before it moves
         bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
         bench.send(*place)
     bench.until_at(place)
+    bench.until_said("is kept in")
     bench.kill()
     bench.measure_no_more()
     bench.spin(0.3)

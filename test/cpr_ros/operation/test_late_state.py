@@ -1,0 +1,136 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A state file that could not be had at the start, without ROS."""
+
+import os
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cpr_core import load_robot, solve_forward, solve_home
+from cpr_ros.operation.kept_state import KeptState
+from cpr_ros.whereabouts import Whereabouts
+
+ROBOT = load_robot("rfrfr")
+
+
+def at(*motors):
+    return solve_forward(ROBOT, motors)
+
+
+class Late:
+    """The whereabouts of a node whose file another one has."""
+
+    def __init__(self, folder):
+        self.said = []
+        self.file = folder / "cpr_node.3.state"
+        self.other = KeptState(self.file, ROBOT)
+        self.session = SimpleNamespace(robot=ROBOT, known_place=None, unplaced=False)
+        log = SimpleNamespace(warning=self.said.append, info=self.said.append)
+        node = SimpleNamespace(
+            get_fully_qualified_name=lambda: "/cpr_node",
+            context=SimpleNamespace(get_domain_id=lambda: 3),
+            get_logger=lambda: log,
+        )
+        parameters = SimpleNamespace(start_from="auto", state_directory=str(folder))
+        self.whereabouts = Whereabouts(node, parameters, self.session, None, time.monotonic())
+
+    def others(self, *motors, before=0.0):
+        """The other node moves, some time before now [s]."""
+        found = at(*motors)
+        self.other.keep(found, found.motors)
+        moment = time.time() - before
+        os.utime(self.file, (moment, moment))
+
+    def moves(self, *motors):
+        found = at(*motors)
+        self.session.known_place = found, found.motors
+        self.whereabouts.keep()
+
+    def kept(self):
+        """What is in the file, as the next start has it."""
+        kept = KeptState(self.file, ROBOT)
+        last = kept.last()
+        kept.close()
+        return None if last is None else last.commands.tolist()
+
+
+@pytest.fixture
+def late(tmp_path):
+    return Late(tmp_path)
+
+
+def test_a_place_that_could_not_be_kept_is_kept_later(late):
+    late.others(3.0, 0.3, before=10.0)
+    late.moves(2.7, 0.4)
+    late.whereabouts.look_after_file()
+    late.other.close()
+    late.whereabouts.look_after_file()
+    assert "is kept in" in late.said[-1]
+    late.moves(2.8, 0.4)
+    late.whereabouts.close()
+    assert late.kept() == [2.8, 0.4]
+
+
+def test_whoever_wrote_later_knows_better(late):
+    """A node that is inactive has its place of before."""
+    late.moves(2.7, 0.4)
+    late.others(3.4, -0.2, before=-1.0)
+    late.other.close()
+    late.whereabouts.look_after_file()
+    assert late.kept() == [3.4, -0.2]
+    late.whereabouts.look_after_file()
+    assert late.kept() == [3.4, -0.2] and len(late.said) == 1
+    time.sleep(0.01)
+    late.others_moment = time.time() - 10.0
+    os.utime(late.file, (late.others_moment, late.others_moment))
+    late.moves(2.8, 0.4)  # it moves on
+    late.whereabouts.look_after_file()
+    late.whereabouts.close()
+    assert late.kept() == [2.8, 0.4]
+
+
+def test_where_nothing_is_known_nothing_is_made(late):
+    """An empty file would be that of a robot that never moved: it begins at home."""
+    late.other.close()
+    late.file.unlink()
+    late.whereabouts.look_after_file()
+    assert not late.file.exists() and len(late.said) == 1
+    late.moves(2.7, 0.4)
+    late.whereabouts.look_after_file()
+    late.whereabouts.close()
+    assert late.kept() == [2.7, 0.4]
+
+
+@pytest.mark.parametrize("what", ["another robot", "another description", "damaged"])
+def test_what_is_not_of_this_robot_is_left_alone(late, what):
+    late.other.close()
+    late.file.unlink()
+    if what == "damaged":
+        late.file.write_bytes(bytes(700))
+    else:
+        robot = load_robot("six_rfs") if what == "another robot" else load_robot("rfrfr", modes=7)
+        home = solve_home(robot)
+        other = KeptState(late.file, robot)
+        other.keep(home, home.motors)
+        other.close()
+    os.utime(late.file, (1.0, 1.0))
+    content = late.file.read_bytes()
+    late.moves(2.7, 0.4)
+    late.whereabouts.look_after_file()
+    assert late.file.read_bytes() == content and len(late.said) == 1
+    KeptState(late.file, ROBOT).close()  # it is free for whoever else has it
+
+
+def test_a_full_disk_is_not_said_to_keep_it(late, monkeypatch):
+    late.other.close()
+    late.moves(2.7, 0.4)
+    monkeypatch.setattr(os, "pwrite", lambda *_: 0)
+    late.others_before = late.file.stat().st_mtime
+    os.utime(late.file, (1.0, 1.0))
+    late.whereabouts.look_after_file()
+    assert "cannot be kept" in late.said[-1]
+    assert np.all(["is kept in" not in said for said in late.said])
