@@ -86,8 +86,7 @@ class Whereabouts:
                 f"where the robot is will not be kept in {self._file}: {error}; that is tried again "
                 "every second"
             )
-            taken = isinstance(error, BlockingIOError)
-            if self._from != "home" and (taken or _may_be_there(self._file)):
+            if self._from != "home" and _may_be_there(self._file):
                 self._lost = f"the last state cannot be read ({error})"
             return
         if self._kept.damage and self._from != "home":

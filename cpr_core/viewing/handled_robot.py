@@ -256,7 +256,7 @@ class HandledRobot:
 
     def end_gesture(self) -> None:
         """What comes next is another gesture, whoever's it is."""
-        self._hand, self._last = "", -np.inf
+        self._last = -np.inf
 
     def refuse(self, error: CprError) -> None:
         """Say what is wrong with a request that did not get as far as being one."""

@@ -20,8 +20,10 @@ __all__ = ["MotorSliders"]
 
 #: Way of a motor without a limit from where it is, in radians or rod lengths.
 _REACH = {"rad": math.pi, "m": 0.5}
-#: Not a whole number: else numbers that are typed would be whole steps from the end, as those of hands.
-_STEPS = 2000.0 + math.pi / 10.0
+_STEPS = 2000
+#: No whole number of steps, else numbers that are typed would be some from the end, as those of hands.
+#: More than half of one is left, so that a hand can come to the other end.
+_LEFT = 1.0 - math.pi / 10.0
 #: So long a slider is left where somebody has put it, until the robot is asked to go there [s].
 _PATIENCE = 5.0
 #: Updates of a hand that drags are not farther from each other [s].
@@ -31,9 +33,9 @@ _BESIDE = 5
 #: What was typed is over after so long [s].
 _SETTLED = 1.0
 #: More keys are not pressed between two messages of a browser.
-_MOST_KEYS = 100
-#: To this the browser rounds [rad or m].
-_ROUNDED = 1e-7
+_MOST_KEYS = 20
+#: To half of this the browser rounds, and a step is much more [rad or m].
+_ROUNDED, _FINEST = 1e-7, 2e-5
 
 
 class MotorSliders:
@@ -73,7 +75,7 @@ class MotorSliders:
             low = motor.limits.lower if math.isfinite(motor.limits.lower) else at - reach
             high = motor.limits.upper if math.isfinite(motor.limits.upper) else at + reach
             low, high = min(low, at), max(high, at)
-            step = (high - low) / _STEPS if high > low else 1.0
+            step = _step(high - low) if high > low else 1.0
             slider = gui.add_slider(f"{motor.name} [{motor.unit}]", low, high, step, at)
             slider.on_update(self._telling(number))
             self._sliders.append(slider)
@@ -140,6 +142,11 @@ class MotorSliders:
         return not known and time.time() - slider.update_timestamp < _PATIENCE
 
 
+def _step(reach: float) -> float:
+    """The step of a slider that reaches so far."""
+    return reach / (max(10, min(_STEPS, int(reach / _FINEST))) + _LEFT)
+
+
 def by_hand(position: float, last: float, low: float, step: float) -> bool:
     """Whether a hand can have brought a slider to a position: steps from its end or from where it was.
 
@@ -150,8 +157,9 @@ def by_hand(position: float, last: float, low: float, step: float) -> bool:
         step: Its step, in which no number of a few digits is counted.
     """
     dragged, pressed = (position - low) / step, (position - last) / step
-    rounded = 1e-3 + _ROUNDED / step
-    if abs(dragged - round(dragged)) <= rounded:
+    rounding = 0.6 * _ROUNDED / step
+    if abs(dragged - round(dragged)) <= 1e-3 + rounding:
         return True
     keys = round(pressed)  # at each of them the browser rounds
-    return abs(keys) <= _MOST_KEYS and abs(pressed - keys) <= rounded + abs(keys) * _ROUNDED / step
+    near = 1e-3 + (1 + abs(keys)) * rounding
+    return abs(keys) <= _MOST_KEYS and abs(pressed - keys) <= near

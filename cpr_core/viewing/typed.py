@@ -21,7 +21,8 @@ Floats = NDArray[np.float64]
 def typed_numbers(name: str, text: str, meaning: tuple[str, ...]) -> Floats:
     """Numbers between spaces, commas or semicolons, in brackets or not.
 
-    A comma between digits may be a decimal one; where there is a point it is none.
+    Of whole numbers a comma between digits may be a decimal one, unless all of three or more, or those
+    in brackets, are separated so.
 
     Args:
         name: What they are, for the error.
@@ -34,7 +35,8 @@ def typed_numbers(name: str, text: str, meaning: tuple[str, ...]) -> Floats:
     """
     words = [word for word in re.split(r"[\s,;\[\]()]+", text) if word]
     expected = " ".join(meaning)
-    if "." not in text and re.search(r"\d,\d", text):
+    alike = len(meaning) > 2 and not re.search(r"\S\s+\S", text)
+    if not alike and re.search(r"\d,\d", text) and not re.search(r"[.\[(]", text):
         raise InvalidRequest(
             name,
             f"expected decimal points, and spaces between numbers ({expected}), got {text[:80]!r}",

@@ -226,6 +226,11 @@ def test_a_drag_is_undone_as_one_however_long_the_hand_rests(planar):
     handled.end_gesture()
     there = handled.equilibrium
     assert dragged(handled, [0.01, 0.0, 0.0])
+    clock.now += 100.0  # it never said that it let go
+    beyond = handled.equilibrium
+    assert dragged(handled, [0.01, 0.0, 0.0])
+    assert handled.undo()
+    assert handled.equilibrium is beyond
     assert handled.undo()
     assert handled.equilibrium is there
     assert handled.undo()

@@ -140,8 +140,9 @@ def test_an_end_is_come_to_on_the_way(page, looker):
     mouse.up()
     low = float(thumb.get_attribute("aria-valuemin"))
     slider = page._controls._sliders._sliders[2]
-    looker.until(lambda: slider.value == low or page.equilibrium.motors[2] == slider.value != shown)
-    looker.until(lambda: page.equilibrium.motors[2] < home.motors[2])
+    looker.until(lambda: slider.value == pytest.approx(low))  # nothing comes after this
+    settled(page, looker)
+    assert page.equilibrium.motors[2] < home.motors[2]
 
 
 def test_a_slider_does_not_go_back_while_its_request_waits(page, looker):

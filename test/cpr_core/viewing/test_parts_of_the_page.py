@@ -28,7 +28,7 @@ from cpr_core.viewing.exact_place import put
 from cpr_core.viewing.handled_robot import HandledRobot
 from cpr_core.viewing.mailbox import Mailbox
 from cpr_core.viewing.map_layer import go_to_cell, read_layer
-from cpr_core.viewing.motor_sliders import MotorSliders, by_hand
+from cpr_core.viewing.motor_sliders import MotorSliders, _step, by_hand
 from cpr_core.viewing.recorded import as_gif, as_yaml
 from cpr_core.viewing.server import close_server, open_server
 from cpr_core.viewing.status_panel import as_plain, status_text
@@ -296,12 +296,14 @@ def test_the_page_says_whether_the_robot_is_stable_and_what_was_refused(planar):
     assert as_plain("a_b*c") == "a\\_b\\*c"
 
 
-@pytest.mark.parametrize("text", ["1,2.5,-3", "1, 2, 5", "1,\t2,\n5", "[1 ,2 ,5]"])
+@pytest.mark.parametrize(
+    "text", ["1,2.5,-3", "1, 2, 5", "1,\t2,\n5", "[1,2,5]", "1,2,-5", "(1,2,5)"]
+)
 def test_commas_that_are_no_decimal_ones_are_taken(text):
     assert len(typed_numbers("motors", text, ("a", "b", "c"))) == 3
 
 
-@pytest.mark.parametrize("text", ["2,6", "2,6 1", "2,6 0,5", "2,6,1,5", "[2,6]"])
+@pytest.mark.parametrize("text", ["2,6", "-2,6", "2,6 1", "2,6 0,5", "2,6,1,5"])
 def test_commas_that_may_be_decimal_ones_are_refused(text):
     """2,6 was 2 and 6, and the robot set off."""
     with pytest.raises(
@@ -310,24 +312,44 @@ def test_commas_that_may_be_decimal_ones_are_refused(text):
         typed_numbers("motors", text, ("a", "b"))
 
 
-STEP = (5.8 + 0.55) / (2000.0 + np.pi / 10.0)
+#: Lower end and reach of sliders: a motor that turns, a feed, a small stage, a geared motor.
+RANGES = [(-0.55, 6.35), (0.43, 0.05), (0.0, 0.002), (-314.0, 628.0)]
 
 
-@given(k=st.integers(0, 2000), last=st.floats(-0.55, 5.8), moved=st.integers(-40, 40))
-def test_hands_move_sliders_by_steps(k, last, moved):
+@given(
+    of=st.sampled_from(RANGES),
+    k=st.integers(0, 2000),
+    part=st.floats(0.0, 1.0),
+    moved=st.integers(-20, 20),
+)
+def test_hands_move_sliders_by_steps(of, k, part, moved):
     """From their end when dragged, from where they are by keys; the browser rounds."""
-    assert by_hand(round(-0.55 + k * STEP, 7), last, -0.55, STEP)
+    low, reach = of
+    step = _step(reach)
+    last = low + part * reach
+    assert by_hand(round(low + k * step, 7), last, low, step)
     pressed = last
     for _ in range(abs(moved)):
-        pressed = round(pressed + np.copysign(STEP, moved), 7)
-    assert by_hand(pressed, last, -0.55, STEP)
+        pressed = round(pressed + np.copysign(step, moved), 7)
+    assert by_hand(pressed, last, low, step)
 
 
-def test_numbers_that_are_typed_are_no_steps():
-    """Of every number of at most two decimals."""
-    numbers = np.arange(-55, 581) / 100.0
-    taken = [x for x in numbers[1:-1] if by_hand(x, 2.59, -0.55, STEP) and x != 2.59]
-    assert len(taken) <= 0.01 * len(numbers), taken
+@pytest.mark.parametrize(("low", "reach"), RANGES)
+def test_a_hand_can_come_to_both_ends(low, reach):
+    """As the browser has it: the nearest step from the lower end, and no farther than the upper one."""
+    step = _step(reach)
+    assert min(low + round(reach / step) * step, low + reach) == low + reach
+
+
+@pytest.mark.parametrize(("low", "reach"), RANGES)
+def test_numbers_that_are_typed_are_no_steps(low, reach):
+    """Of hundreds with few digits some may be; beside where the slider is they do no harm."""
+    step, digits = _step(reach), round(2.5 - np.log10(reach))
+    numbers = np.unique(np.round(np.linspace(low, low + reach, 400), digits))
+    last = low + 0.41 * reach
+    far = [x for x in numbers if low < x < low + reach and abs(x - last) > 0.02 * reach]
+    taken = [x for x in far if by_hand(x, last, low, step)]
+    assert len(far) > 100 and len(taken) <= 0.02 * len(far), taken
 
 
 class Slider:

@@ -5,6 +5,7 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -97,6 +98,14 @@ def test_a_map_of_other_loads_is_not_shown(page, looker):
     page.do("push", lambda handled: handled.load(pushed))
     looker.page.get_by_text("The map is of other loads than act now").wait_for()
     looker.until(lambda: not looker.visible("/map"))
+    loaded = page.equilibrium
+    page._maps._clicked(
+        SimpleNamespace(
+            ray_origin=np.array([0.06, 0.78, 3.0]), ray_direction=np.array([0, 0, -1.0])
+        )
+    )
+    settled(page, looker)
+    assert page.equilibrium is loaded
     page.do("undo", lambda handled: handled.undo())
     looker.page.get_by_text("cells are reached").wait_for()
     looker.until(lambda: looker.visible("/map"))

@@ -175,6 +175,12 @@ def test_what_is_beyond_all_numbers_is_too_fast(rfrfr, field, motor, size, recwa
     assert not recwarn.list
 
 
+def test_one_under_way_that_is_beyond_all_numbers_is_not_near_the_motors(rfrfr):
+    rows = [[1e308, 0.0], [-1e308, 0.0], [0.0, 0.0]]
+    with pytest.raises(TrajectoryRefused, match="begins where the motors are commanded to"):
+        rfrfr.take([0.0, 1.0, 2.0], rows, start_in=-0.5)
+
+
 def test_a_stall_delays_it_and_skips_nothing(rfrfr):
     _, endings = rfrfr.begin([1.0], [[0.9, 0.9]])
     for _ in range(50):

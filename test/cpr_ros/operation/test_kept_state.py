@@ -365,17 +365,18 @@ def test_a_link_that_is_led_elsewhere_is_followed(file, linked):
     kept.close()
 
 
-@pytest.mark.parametrize("linked", ["file", "folder"])
-def test_a_link_that_leads_nowhere_is_no_new_file(file, linked):
+@pytest.mark.parametrize("linked", ["file", "folder", "above"])
+def test_a_link_that_leads_nowhere_is_no_new_file(tmp_path, linked):
     """What it leads to may be away for now, and know where the robot is."""
-    link = file if linked == "file" else file.parent
-    link.parent.mkdir(exist_ok=True)
-    link.symlink_to(file.parent.with_name("away") / "state")
+    file = tmp_path / "above" / "folder" / "node.state"
+    link = {"file": file, "folder": file.parent, "above": file.parent.parent}[linked]
+    link.parent.mkdir(parents=True, exist_ok=True)
+    link.symlink_to(tmp_path / "away" / "state")
     assert link_to_nowhere(file) == link
     with pytest.raises(FileNotFoundError, match="a link that leads nowhere") as caught:
         KeptState(file, ROBOT)
     assert caught.value.filename == str(link)
-    assert not (file.parent.with_name("away")).exists()
+    assert not (tmp_path / "away").exists()
 
 
 def test_links_that_go_in_a_circle_are_no_new_file_either(file):
