@@ -109,7 +109,7 @@ class MotorSliders:
         await asyncio.sleep(_SETTLED)
         if heard == self._heard[number]:
             self.done(number, position)
-            self._last[number] = slider.value = self._put[number]
+            slider.value = self._last[number]
 
     def done(self, number: int, position: float) -> None:
         """What somebody asked for by a slider was done, or refused."""

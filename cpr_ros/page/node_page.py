@@ -222,6 +222,9 @@ class NodePage:
                 return
             for number, position in enumerate(values.tolist()):
                 self._slid(number, position)
+            if self.in_control:
+                self._sliders.forget()
+                self._sliders.show(values.tolist())  # a step from where they were would lead back
 
         send.on_click(sent)
 

@@ -406,6 +406,8 @@ def test_a_hand_may_go_to_an_end_but_not_jump_there(sliders):
 
     asyncio.run(drag())
     assert moved == [(0, value) for value in way] and typed == ["motor1"]
+    asyncio.run(slider.hear(2.7))
+    assert len(moved) == 2 and slider.value == slider.min  # where the hand had left it
 
 
 def test_what_was_typed_before_sliders_were_forgotten_is_not_put_back_after(sliders):

@@ -161,6 +161,11 @@ def type_into_the_field(looker, client):
     looker.page.get_by_text("sent: motor1 to 2.7, motor2 to 0.5").wait_for()
     arrived = [2.7, 0.5]
     heard(client, looker, JointState, "/joint_states", lambda told: [*told.position] == arrived)
+    see_slider_at(looker, 2.7)
+    looker.page.get_by_role("slider").first.press("ArrowRight")
+    near = [pytest.approx(2.7, abs=0.01), 0.5]
+    told = heard(client, looker, JointState, "/joint_states", lambda told: told.position[0] > 2.7)
+    assert [*told.position] == near
 
 
 def move_with_control(looker, client, home):
