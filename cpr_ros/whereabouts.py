@@ -36,6 +36,8 @@ _Place = tuple[Equilibrium, NDArray[np.float64] | None]
 
 #: How long a message with measured motors is waited for when the node becomes active [s].
 _MEASURED_WAIT = 5.0
+#: A file that is removed is mended by the node that has it before it was looked for so often.
+_MENDED = 4
 #: How long after the start of the node others may take to be discovered [s].
 _DISCOVERY = 1.5
 
@@ -72,6 +74,8 @@ class Whereabouts:
         self._lost = ""
         self._kept: KeptState | None = None
         self._newest: _Place | None = None
+        #: How often in a row the file was not there.
+        self._missing = 0
         #: Since when a place is known that is in no file (system time); None: there is none.
         self._unkept_since: float | None = None
         folder = state_folder(parameters.state_directory)
@@ -253,7 +257,7 @@ class Whereabouts:
     def look_after_file(self) -> None:
         """Mend what others did to the file and what could not be written; about once a second."""
         if self._kept is None:
-            if self._unkept_since is not None:
+            if self._unkept_since is not None and self._session.known_place is not None:
                 self._open_later(self._unkept_since)
             return
         try:
@@ -270,16 +274,21 @@ class Whereabouts:
     def _open_later(self, since: float) -> None:
         """Try what failed at the start, for a place that is known since then (system time).
 
-        A file of another robot or description is left alone, and so is one that was written later.
+        A file of another robot or description is left alone, and so is one that was written later. One
+        that is not there may have been removed under a node that is about to mend it.
         """
         try:
             before = _last_written(self._file)
+            self._missing = self._missing + 1 if before is None else 0
+            if 0 < self._missing < _MENDED:
+                return
             kept = KeptState(self._file, self._session.robot)
         except OSError:
             return
-        if before is not None and (kept.problem or kept.damage or before > since):
+        later = before is not None and before > since and not kept.empty
+        if kept.problem or kept.damage or later:
             kept.close()
-            if before > since:
+            if later:
                 self._unkept_since = None  # whoever wrote it knows better
             return
         self._kept, self._newest, self._unkept_since = kept, None, None

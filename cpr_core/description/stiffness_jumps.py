@@ -68,16 +68,17 @@ def _not_by_splines(basis: StrainBasis, modes: int, profile: Profile) -> str:
     if off <= _SPLINES_OFF:
         return ""
     return (
-        f"the stiffness changes faster than {modes} modes with these knots follow: a rod that one "
-        f"moment bends would be {100.0 * off:.2g} % off; put knots around where it changes, or write "
+        f"the stiffness changes faster than {modes} modes with these knots follow: a rod that is "
+        f"bent would be {100.0 * off:.2g} % off; put knots around where it changes, or write "
         "two rods in a chain"
     )
 
 
 def _bent_wrongly(basis: StrainBasis, modes: int, profile: Profile) -> float:
-    """How far from where it is a rod would be that one moment bends, of its largest deflection.
+    """How far from where it is a rod would be that is bent, of its largest deflection.
 
-    Its curvature is one over the stiffness; modes take of it what leaves the least energy.
+    By one moment, or by a force on its tip, whichever is less: a soft tip in a hinge bears little.
+    The curvature is the moment over the stiffness; modes take of it what leaves the least energy.
     """
     edges = np.unique(
         [0.0, 1.0, *profile.at, *basis.breakpoints, *np.linspace(0.0, 1.0, 2 * modes)]
@@ -89,13 +90,17 @@ def _bent_wrongly(basis: StrainBasis, modes: int, profile: Profile) -> float:
     stiffness = np.interp(sigma, profile.at, profile.stiffness)
     functions = basis.values(sigma, modes)
     energy = functions.T @ ((weights * stiffness)[:, None] * functions)
-    taken = functions @ np.linalg.lstsq(energy, functions.T @ weights, rcond=None)[0]
+
+    def off(moment: Floats) -> float:
+        work = functions.T @ (weights * moment)
+        taken = functions @ np.linalg.lstsq(energy, work, rcond=None)[0]
+        return deflection(moment / stiffness - taken) / deflection(moment / stiffness)
 
     def deflection(curvature: Floats) -> float:
         turned = np.cumsum(weights * curvature)
         return float(np.abs(np.cumsum(weights * turned)).max())
 
-    return deflection(1.0 / stiffness - taken) / deflection(1.0 / stiffness)
+    return min(off(np.ones_like(sigma)), off(1.0 - sigma))
 
 
 def _profiled(description: RobotDescription, number: int, rod: int) -> str:

@@ -29,7 +29,7 @@ _PATIENCE = 5.0
 #: Updates of a hand that drags are not farther from each other [s].
 _GESTURE = 0.5
 #: So many steps from an end it is reached by keys.
-_BESIDE = 5
+_BESIDE = 25
 #: What was typed is over after so long [s].
 _SETTLED = 1.0
 #: More keys are not pressed between two messages of a browser.
@@ -68,6 +68,8 @@ class MotorSliders:
         self._put, self._done = [*motors], [*motors]
         #: Where a hand or we have put each last, and how often the browser has said something.
         self._last, self._heard = [*motors], [0] * len(motors)
+        #: Whether the newest is a number that was typed.
+        self._typing = [False] * len(motors)
         #: When a hand has moved each [s].
         self._dragged = [-math.inf] * len(motors)
         for number, (motor, at) in enumerate(zip(robot.description.motors, motors, strict=True)):
@@ -96,12 +98,15 @@ class MotorSliders:
         if position == last:
             return
         self._heard[number] = heard = self._heard[number] + 1
-        if position in (slider.min, slider.max):
+        if not math.isfinite(position):
+            hand = True  # whoever takes it says what is wrong with it
+        elif position in (slider.min, slider.max):
             on_its_way = now - self._dragged[number] < _GESTURE
             hand = on_its_way or abs(position - last) <= _BESIDE * slider.step
         else:
             hand = by_hand(position, last, slider.min, slider.step)
-        if hand or not math.isfinite(position):
+        self._typing[number] = not hand
+        if hand:
             self._dragged[number], self._last[number] = now, position
             self._moved(number, position)
             return
@@ -131,14 +136,14 @@ class MotorSliders:
                 continue
             if not slider.min <= at <= slider.max:
                 slider.min, slider.max = min(slider.min, at), max(slider.max, at)
-            self._put[number] = at
+            self._put[number], self._typing[number] = at, False
             if slider.value != at:
                 self._last[number] = slider.value = at
 
     def _waits(self, number: int) -> bool:
         """Whether a slider is where somebody has put it whose request was not done yet."""
         slider = self._sliders[number]
-        known = slider.value in (self._put[number], self._done[number])
+        known = slider.value in (self._put[number], self._done[number]) or self._typing[number]
         return not known and time.time() - slider.update_timestamp < _PATIENCE
 
 

@@ -35,8 +35,12 @@ def typed_numbers(name: str, text: str, meaning: tuple[str, ...]) -> Floats:
     """
     words = [word for word in re.split(r"[\s,;\[\]()]+", text) if word]
     expected = " ".join(meaning)
-    alike = len(meaning) > 2 and not re.search(r"\S\s+\S", text)
-    if not alike and re.search(r"\d,\d", text) and not re.search(r"[.\[(]", text):
+    decimal = bool(re.search(r"\d,\d", text)) and not re.search(r"[\[(]", text)
+    if "." in text:
+        decimal = decimal and ";" in text
+    elif len(meaning) > 2:
+        decimal = decimal and not re.fullmatch(r"\s*[-+\d]+(,[-+\d]+)*\s*", text)
+    if decimal:
         raise InvalidRequest(
             name,
             f"expected decimal points, and spaces between numbers ({expected}), got {text[:80]!r}",

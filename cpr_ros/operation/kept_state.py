@@ -26,6 +26,7 @@ import os
 import secrets
 import struct
 import zlib
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -131,7 +132,10 @@ class KeptState:
             self._spoil("its checksums are wrong")
         else:
             self._content[:] = content
+            written = os.fstat(self._file)
             os.posix_fallocate(self._file, 0, len(content))  # a full disk is told of now
+            with suppress(PermissionError):  # that is no writing; others' files have their time
+                os.utime(self._file, ns=(written.st_atime_ns, written.st_mtime_ns))
 
     def _read_commands(self, before: _Layout) -> None:
         """Take the commands that the same motors had under another description."""
@@ -155,6 +159,11 @@ class KeptState:
     def close(self) -> None:
         """Let the file go; what is in it stays."""
         os.close(self._file)
+
+    @property
+    def empty(self) -> bool:
+        """Whether it is of this robot, and no state was ever kept in it."""
+        return self._own and self._turn == 0
 
     def keep(self, equilibrium: Equilibrium, commands: Floats | None) -> None:
         """Write where the robot is, in some microseconds; only now what another one left is gone.

@@ -223,8 +223,10 @@ class NodePage:
             for number, position in enumerate(values.tolist()):
                 self._slid(number, position)
             if self.in_control:
-                self._sliders.forget()
-                self._sliders.show(values.tolist())  # a step from where they were would lead back
+                self._sliders.forget()  # a step from where they were would lead back
+                limits = [motor.limits for motor in robot.description.motors]
+                lower, upper = np.array([(limit.lower, limit.upper) for limit in limits]).T
+                self._sliders.show(np.clip(values, lower, upper).tolist())
 
         send.on_click(sent)
 

@@ -303,7 +303,7 @@ def test_commas_that_are_no_decimal_ones_are_taken(text):
     assert len(typed_numbers("motors", text, ("a", "b", "c"))) == 3
 
 
-@pytest.mark.parametrize("text", ["2,6", "-2,6", "2,6 1", "2,6 0,5", "2,6,1,5"])
+@pytest.mark.parametrize("text", ["2,6", "-2,6", "2,6 1", "2,6 0,5", "2,6,1,5", "0,5;1", "1,5;2.5"])
 def test_commas_that_may_be_decimal_ones_are_refused(text):
     """2,6 was 2 and 6, and the robot set off."""
     with pytest.raises(
@@ -408,6 +408,45 @@ def test_a_hand_may_go_to_an_end_but_not_jump_there(sliders):
     assert moved == [(0, value) for value in way] and typed == ["motor1"]
     asyncio.run(slider.hear(2.7))
     assert len(moved) == 2 and slider.value == slider.min  # where the hand had left it
+
+
+@pytest.mark.parametrize("text", ["0,5;1", "1,5; 2", "0,5 1", "1 2,5"])
+def test_of_three_numbers_too(text):
+    with pytest.raises(cpr_core.InvalidRequest, match="expected decimal points"):
+        typed_numbers("motors", text, ("a", "b", "c"))
+
+
+def test_no_number_is_not_typed(sliders):
+    """Whoever takes it says so."""
+    _, slider, moved, typed = sliders
+    asyncio.run(slider.hear(math.nan))
+    assert len(moved) == 1 and math.isnan(moved[0][1]) and not typed
+
+
+def test_what_is_shown_meanwhile_is_where_typed_numbers_give_way_to(sliders):
+    """Else a slider went back to where a hand had left it before, and the next key led there."""
+    made, slider, moved, _ = sliders
+    there = slider.min + 900 * slider.step
+
+    async def go_home_meanwhile():
+        await slider.hear(there)
+        made.done(0, there)
+        hearing = asyncio.create_task(slider.hear(2.7))
+        await asyncio.sleep(0.01)
+        made.show([2.59, 0.55])
+        await hearing
+        await slider.hear(2.59 + slider.step)
+
+    asyncio.run(go_home_meanwhile())
+    assert moved == [(0, there), (0, 2.59 + slider.step)]
+
+
+def test_a_slow_hand_comes_to_the_end_too(sliders):
+    made, slider, moved, typed = sliders
+    near = slider.max - 20 * slider.step
+    made.show([near, 0.55])
+    asyncio.run(slider.hear(slider.max))
+    assert moved == [(0, slider.max)] and not typed
 
 
 def test_what_was_typed_before_sliders_were_forgotten_is_not_put_back_after(sliders):

@@ -100,9 +100,54 @@ def test_where_nothing_is_known_nothing_is_made(late):
     late.whereabouts.look_after_file()
     assert not late.file.exists() and len(late.said) == 1
     late.moves(2.7, 0.4)
+    late.session.known_place, place = None, late.session.known_place
+    for _ in range(5):
+        late.whereabouts.look_after_file()
+    assert not late.file.exists()
+    late.session.known_place = place
+    for _ in range(5):  # for as long as a node that has it may take to mend it
+        late.whereabouts.look_after_file()
+    late.whereabouts.close()
+    assert late.kept() == [2.7, 0.4]
+
+
+def test_an_empty_file_knows_nothing_better(late):
+    """Another node has made it since, and its robot never moved."""
+    late.moves(2.7, 0.4)
+    late.other.close()
+    late.file.unlink()
+    KeptState(late.file, ROBOT).close()
     late.whereabouts.look_after_file()
     late.whereabouts.close()
     assert late.kept() == [2.7, 0.4]
+
+
+def test_to_open_a_file_is_not_to_write_it(late):
+    """The other node is configured again, say, and does not move."""
+    late.others(3.0, 0.3, before=10.0)
+    written = late.file.stat().st_mtime_ns
+    late.moves(2.7, 0.4)
+    late.other.close()
+    KeptState(late.file, ROBOT).close()
+    assert late.file.stat().st_mtime_ns == written
+    late.whereabouts.look_after_file()
+    late.whereabouts.close()
+    assert late.kept() == [2.7, 0.4]
+
+
+def test_a_file_that_is_removed_is_left_to_the_node_that_has_it(late):
+    """It was made anew with a place of before, and that node could not mend it any more."""
+    late.moves(2.7, 0.4)
+    late.others(3.4, -0.2, before=-1.0)
+    late.file.unlink()
+    late.whereabouts.look_after_file()
+    assert late.other.mend()
+    os.utime(late.file, (time.time() + 1.0,) * 2)
+    for _ in range(5):
+        late.whereabouts.look_after_file()
+    late.other.close()
+    late.whereabouts.look_after_file()
+    assert late.kept() == [3.4, -0.2]
 
 
 @pytest.mark.parametrize("what", ["another robot", "another description", "damaged"])
