@@ -8,6 +8,7 @@ import io
 import math
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import numpy as np
@@ -352,6 +353,12 @@ def test_numbers_that_are_typed_are_no_steps(low, reach):
     assert len(far) > 100 and len(taken) <= 0.02 * len(far), taken
 
 
+def in_own_loop(work):
+    """Run a coroutine in a thread: a browser of other tests has a loop in this one."""
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, work).result()
+
+
 class Slider:
     """As that of the browser, which tells what a hand or a key does."""
 
@@ -387,7 +394,7 @@ def test_nothing_that_is_typed_is_asked_for_and_it_is_put_back(sliders):
         await asyncio.gather(*(slider.hear(value) for value in (2.0, 2.7, 2.7, slider.max, 5.0)))
         await asyncio.gather(slider.hear(2.0), slider.hear(2.0 + slider.step))  # keys in the box
 
-    asyncio.run(type_a_number())
+    in_own_loop(type_a_number())
     assert not moved and set(typed) == {"motor1"}
     assert slider.value == 2.59
     made.show([2.5, 0.55])
@@ -396,7 +403,7 @@ def test_nothing_that_is_typed_is_asked_for_and_it_is_put_back(sliders):
 
 def test_a_hand_may_go_to_an_end_but_not_jump_there(sliders):
     _, slider, moved, typed = sliders
-    asyncio.run(slider.hear(slider.min))
+    in_own_loop(slider.hear(slider.min))
     assert not moved and typed == ["motor1"] and slider.value == 2.59
     way = [slider.min + 500 * slider.step, slider.min]
 
@@ -404,9 +411,9 @@ def test_a_hand_may_go_to_an_end_but_not_jump_there(sliders):
         for value in way:
             await slider.hear(value)
 
-    asyncio.run(drag())
+    in_own_loop(drag())
     assert moved == [(0, value) for value in way] and typed == ["motor1"]
-    asyncio.run(slider.hear(2.7))
+    in_own_loop(slider.hear(2.7))
     assert len(moved) == 2 and slider.value == slider.min  # where the hand had left it
 
 
@@ -419,7 +426,7 @@ def test_of_three_numbers_too(text):
 def test_no_number_is_not_typed(sliders):
     """Whoever takes it says so."""
     _, slider, moved, typed = sliders
-    asyncio.run(slider.hear(math.nan))
+    in_own_loop(slider.hear(math.nan))
     assert len(moved) == 1 and math.isnan(moved[0][1]) and not typed
 
 
@@ -437,7 +444,7 @@ def test_what_is_shown_meanwhile_is_where_typed_numbers_give_way_to(sliders):
         await hearing
         await slider.hear(2.59 + slider.step)
 
-    asyncio.run(go_home_meanwhile())
+    in_own_loop(go_home_meanwhile())
     assert moved == [(0, there), (0, 2.59 + slider.step)]
 
 
@@ -445,7 +452,7 @@ def test_a_slow_hand_comes_to_the_end_too(sliders):
     made, slider, moved, typed = sliders
     near = slider.max - 20 * slider.step
     made.show([near, 0.55])
-    asyncio.run(slider.hear(slider.max))
+    in_own_loop(slider.hear(slider.max))
     assert moved == [(0, slider.max)] and not typed
 
 
@@ -459,5 +466,5 @@ def test_what_was_typed_before_sliders_were_forgotten_is_not_put_back_after(slid
         made.show([1.0, 0.55])
         await hearing
 
-    asyncio.run(forget_meanwhile())
+    in_own_loop(forget_meanwhile())
     assert not moved and slider.value == 1.0
