@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import DescriptionError
+from ..rods.quadrature import distinct_stations, rod_grid
 from ..rods.rod import Profile
 from ..rods.strain_basis import StrainBasis
 from .robot_description import RobotDescription
@@ -25,7 +26,7 @@ Floats = NDArray[np.float64]
 _JUMP = 1.1
 #: Stations are written with rounding.
 _ROUNDED = 1e-9
-#: Splines may bend a rod by so much too little or too much under one moment, of what it bends.
+#: Splines may bend a rod by so much too little or too much, of what it bends.
 _SPLINES_OFF = 0.025
 
 
@@ -80,13 +81,9 @@ def _bent_wrongly(basis: StrainBasis, modes: int, profile: Profile) -> float:
     By one moment, or by a force on its tip, whichever is less: a soft tip in a hinge bears little.
     The curvature is the moment over the stiffness; modes take of it what leaves the least energy.
     """
-    edges = np.unique(
-        [0.0, 1.0, *profile.at, *basis.breakpoints, *np.linspace(0.0, 1.0, 2 * modes)]
-    )
-    points, halves = np.polynomial.legendre.leggauss(8)
-    step = np.diff(edges)[:, None]
-    sigma = (edges[:-1, None] + 0.5 * step * (1.0 + points)).ravel()
-    weights = (0.5 * step * halves).ravel()
+    stations = (*profile.at, *basis.breakpoints, *np.linspace(0.0, 1.0, 2 * modes))
+    grid = rod_grid(8, distinct_stations(stations))
+    sigma, weights = grid.nodes, grid.weights
     stiffness = np.interp(sigma, profile.at, profile.stiffness)
     functions = basis.values(sigma, modes)
     energy = functions.T @ ((weights * stiffness)[:, None] * functions)
