@@ -9,6 +9,7 @@ import asyncio
 import math
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..model.robot import Robot
@@ -62,68 +63,25 @@ class MotorSliders:
             moved: Called with number and position when somebody moves a slider.
             typed: Called with the name of a motor when somebody types beside its slider.
         """
-        self._sliders: list[Any] = []
-        self._names, self._moved, self._typed = robot.motor_names, moved, typed
-        #: Where each was put by us, and where its last request, which was done, wanted it.
-        self._put, self._done = [*motors], [*motors]
-        #: Where a hand or we have put each last, and how often the browser has said something.
-        self._last, self._heard = [*motors], [0] * len(motors)
-        #: Whether the newest is a number that was typed.
-        self._typing = [False] * len(motors)
-        #: When a hand has moved each [s].
-        self._dragged = [-math.inf] * len(motors)
+        self._sliders: list[_MotorSlider] = []
         for number, (motor, at) in enumerate(zip(robot.description.motors, motors, strict=True)):
             reach = _REACH[motor.moves] * robot.motor_units[number]
             low = motor.limits.lower if math.isfinite(motor.limits.lower) else at - reach
             high = motor.limits.upper if math.isfinite(motor.limits.upper) else at + reach
             low, high = min(low, at), max(high, at)
             step = _step(high - low) if high > low else 1.0
-            slider = gui.add_slider(f"{motor.name} [{motor.unit}]", low, high, step, at)
-            slider.on_update(self._telling(number))
+            handle = gui.add_slider(f"{motor.name} [{motor.unit}]", low, high, step, at)
+            slider = _MotorSlider(handle, partial(moved, number), partial(typed, motor.name))
             self._sliders.append(slider)
-
-    def _telling(self, number: int) -> Any:
-        async def tell(event: Any) -> None:
-            if event.client_id is not None:  # else the page itself has put it there
-                await self._hear(number, event.target.value)
-
-        return tell
-
-    async def _hear(self, number: int, position: float) -> None:
-        """Take what a hand does, and put back what is typed.
-
-        An end may be the first digit of a number: a hand comes there on its way, not by a jump.
-        """
-        slider, last, now = self._sliders[number], self._last[number], time.monotonic()
-        if position == last:
-            return
-        self._heard[number] = heard = self._heard[number] + 1
-        if not math.isfinite(position):
-            hand = True  # whoever takes it says what is wrong with it
-        elif position in (slider.min, slider.max):
-            on_its_way = now - self._dragged[number] < _GESTURE
-            hand = on_its_way or abs(position - last) <= _BESIDE * slider.step
-        else:
-            hand = by_hand(position, last, slider.min, slider.step)
-        self._typing[number] = not hand
-        if hand:
-            self._dragged[number], self._last[number] = now, position
-            self._moved(number, position)
-            return
-        self._typed(self._names[number])
-        await asyncio.sleep(_SETTLED)
-        if heard == self._heard[number]:
-            self.done(number, position)
-            slider.value = self._last[number]
 
     def done(self, number: int, position: float) -> None:
         """What somebody asked for by a slider was done, or refused."""
-        self._done[number] = position
+        self._sliders[number].done = position
 
     def forget(self) -> None:
         """Nobody has asked for where they are: `show` puts all of them where the motors are."""
-        self._done = [slider.value for slider in self._sliders]
-        self._heard = [count + 1 for count in self._heard]
+        for slider in self._sliders:
+            slider.forget()
 
     def show(self, motors: list[float], held: int | None = None) -> None:
         """Put them where the motors are; one that is held stays at what is asked.
@@ -132,19 +90,83 @@ class MotorSliders:
         back it would take back what a hand has done meanwhile.
         """
         for number, (slider, at) in enumerate(zip(self._sliders, motors, strict=True)):
-            if number == held or self._waits(number):
-                continue
-            if not slider.min <= at <= slider.max:
-                slider.min, slider.max = min(slider.min, at), max(slider.max, at)
-            self._put[number], self._typing[number] = at, False
-            if slider.value != at:
-                self._last[number] = slider.value = at
+            if number != held and not slider.waits:
+                slider.put(at)
 
-    def _waits(self, number: int) -> bool:
-        """Whether a slider is where somebody has put it whose request was not done yet."""
-        slider = self._sliders[number]
-        known = slider.value in (self._put[number], self._done[number]) or self._typing[number]
-        return not known and time.time() - slider.update_timestamp < _PATIENCE
+
+class _MotorSlider:
+    """The slider of one motor.
+
+    Attributes:
+        handle: That of the page.
+        done: Where its last request, which was done, wanted it.
+    """
+
+    def __init__(
+        self, handle: Any, moved: Callable[[float], None], typed: Callable[[], None]
+    ) -> None:
+        self.handle, self._moved, self._typed = handle, moved, typed
+        #: Where we have put it, and where a hand or we have put it last.
+        self._put = self._last = self.done = handle.value
+        #: How often the browser has said something, and whether the newest is a number that was typed.
+        self._heard, self._typing = 0, False
+        #: When a hand has moved it [s].
+        self._dragged = -math.inf
+
+        async def tell(event: Any) -> None:
+            if event.client_id is not None:  # else the page itself has put it there
+                await self._hear(event.target.value)
+
+        handle.on_update(tell)
+
+    async def _hear(self, position: float) -> None:
+        """Take what a hand does, and put back what is typed."""
+        if position == self._last:
+            return
+        self._heard += 1
+        heard = self._heard
+        self._typing = not self._by_hand(position)
+        if not self._typing:
+            self._dragged, self._last = time.monotonic(), position
+            self._moved(position)
+            return
+        self._typed()
+        await asyncio.sleep(_SETTLED)
+        if heard == self._heard:
+            self.done, self.handle.value = position, self._last
+
+    def _by_hand(self, position: float) -> bool:
+        """Whether a hand has brought it to a position.
+
+        An end may be the first digit of a number: a hand comes there on its way, not by a jump.
+        """
+        handle, last = self.handle, self._last
+        if not math.isfinite(position):
+            return True  # whoever takes it says what is wrong with it
+        if position in (handle.min, handle.max):
+            on_its_way = time.monotonic() - self._dragged < _GESTURE
+            return on_its_way or abs(position - last) <= _BESIDE * handle.step
+        return by_hand(position, last, handle.min, handle.step)
+
+    def forget(self) -> None:
+        """Nobody has asked for where it is."""
+        self.done = self.handle.value
+        self._heard += 1
+
+    def put(self, at: float) -> None:
+        """Put it where the motor is."""
+        handle = self.handle
+        if not handle.min <= at <= handle.max:
+            handle.min, handle.max = min(handle.min, at), max(handle.max, at)
+        self._put, self._typing = at, False
+        if handle.value != at:
+            self._last = handle.value = at
+
+    @property
+    def waits(self) -> bool:
+        """Whether it is where somebody has put it whose request was not done yet."""
+        known = self.handle.value in (self._put, self.done) or self._typing
+        return not known and time.time() - self.handle.update_timestamp < _PATIENCE
 
 
 def _step(reach: float) -> float:

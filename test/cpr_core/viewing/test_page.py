@@ -139,7 +139,7 @@ def test_an_end_is_come_to_on_the_way(page, looker):
         looker.page.wait_for_timeout(40)
     mouse.up()
     low = float(thumb.get_attribute("aria-valuemin"))
-    slider = page._controls._sliders._sliders[2]
+    slider = page._controls._sliders._sliders[2].handle
     looker.until(lambda: slider.value == pytest.approx(low))  # nothing comes after this
     settled(page, looker)
     assert page.equilibrium.motors[2] < home.motors[2]

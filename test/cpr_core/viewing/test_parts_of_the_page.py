@@ -384,7 +384,7 @@ def sliders(planar):
         lambda *asked: moved.append(asked),
         typed.append,
     )
-    return made, made._sliders[0], moved, typed
+    return made, made._sliders[0].handle, moved, typed
 
 
 def test_nothing_that_is_typed_is_asked_for_and_it_is_put_back(sliders):

@@ -343,7 +343,7 @@ def test_a_slider_that_was_moved_before_is_no_step_away_from_where_nobody_sent_i
     home = cpr_core.solve_home(robot).motors.tolist()
     page.show_robot(robot, home)
     page.show_motors(home)
-    slider = page._sliders._sliders[0]
+    slider = page._sliders._sliders[0].handle
     slider.value = 5.0  # by somebody, a moment before
     page._control.switch()
     page.show_motors(home)
