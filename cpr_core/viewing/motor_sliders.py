@@ -78,6 +78,10 @@ class MotorSliders:
         """What somebody asked for by a slider was done, or refused."""
         self._sliders[number].done = position
 
+    def expect(self, number: int, position: float) -> None:
+        """A motor was sent somewhere: its slider is there until it has come, and others move it on."""
+        self._sliders[number].expect(position)
+
     def forget(self) -> None:
         """Nobody has asked for where they are: `show` puts all of them where the motors are."""
         for slider in self._sliders:
@@ -90,7 +94,7 @@ class MotorSliders:
         back it would take back what a hand has done meanwhile.
         """
         for number, (slider, at) in enumerate(zip(self._sliders, motors, strict=True)):
-            if number != held and not slider.waits:
+            if number != held and not slider.waits and not slider.expects(at):
                 slider.put(at)
 
 
@@ -112,6 +116,9 @@ class _MotorSlider:
         self._heard, self._typing = 0, False
         #: When a hand has moved it [s].
         self._dragged = -math.inf
+        #: Where the motor was sent, and whether it has come there.
+        self._sent: float | None = None
+        self._come = False
 
         async def tell(event: Any) -> None:
             if event.client_id is not None:  # else the page itself has put it there
@@ -150,8 +157,27 @@ class _MotorSlider:
 
     def forget(self) -> None:
         """Nobody has asked for where it is."""
-        self.done = self.handle.value
+        self.done, self._sent = self.handle.value, None
         self._heard += 1
+
+    def expect(self, position: float) -> None:
+        """The motor was sent somewhere, if its limits let it."""
+        at = min(max(position, self.handle.min), self.handle.max)
+        self.put(at)
+        self._sent, self._come = at, False
+
+    def expects(self, at: float) -> bool:
+        """Whether the motor, which is at a position, is on its way to where it was sent, or there.
+
+        Else others have moved it since, by more than a step.
+        """
+        if self._sent is None:
+            return False
+        near = abs(at - self._sent) <= self.handle.step
+        self._come = self._come or near
+        if self._come and not near:
+            self._sent = None
+        return self._sent is not None
 
     def put(self, at: float) -> None:
         """Put it where the motor is."""

@@ -124,14 +124,13 @@ class NodePage:
                 self._platform.show(position, quaternion)
 
     def show_motors(self, motors: list[float]) -> None:
-        """Where the motors are; sliders of who is in control stay at what was asked."""
+        """Where the motors are; sliders of who is in control are where they were sent."""
         if self._robot is None:
             return
-        begins, self._controlled = self.in_control and not self._controlled, self.in_control
-        if begins:
+        if self._controlled != self.in_control:
+            self._controlled = self.in_control
             self._sliders.forget()  # moved before, they would be a step away from where nobody sent it
-        if begins or not self.in_control:
-            self._sliders.show(motors)
+        self._sliders.show(motors)
 
     def show_stability(self, action: int, text: str, bars: Sequence[Bar]) -> None:
         """What a supervisor is told.
@@ -199,7 +198,9 @@ class NodePage:
     def _slid(self, number: int, position: float) -> None:
         if not np.isfinite(position):
             self.say(f"nothing was sent: expected a finite number, got {position}")
-        elif not self._control.ask(number, position):
+        elif self._control.ask(number, position):
+            self._sliders.expect(number, position)
+        else:
             self._sliders.done(number, position)
             self.say("nothing was sent: press `take control` first")
 
@@ -222,11 +223,6 @@ class NodePage:
                 return
             for number, position in enumerate(values.tolist()):
                 self._slid(number, position)
-            if self.in_control:
-                self._sliders.forget()  # a step from where they were would lead back
-                limits = [motor.limits for motor in robot.description.motors]
-                lower, upper = np.array([(limit.lower, limit.upper) for limit in limits]).T
-                self._sliders.show(np.clip(values, lower, upper).tolist())
 
         send.on_click(sent)
 

@@ -189,8 +189,21 @@ def move_with_control(looker, client, home):
     looker.until(lambda: not np.allclose(looker.position("/platform"), home.platform_position))
     looker.picture("node")
     type_into_the_field(looker, client)
+    let_others_move_it(looker, client)
     looker.press("give control back")
     looker.page.get_by_text("take control").wait_for()
+
+
+def let_others_move_it(looker, client):
+    """Sliders go with the motors, and the next key is a step from there."""
+    other = client.node.create_publisher(JointState, MOTOR_SETPOINT, 10)
+    looker.until(lambda: other.get_subscription_count() == 1)
+    other.publish(JointState(name=["motor1"], position=[2.4]))
+    see_slider_at(looker, 2.4)
+    looker.page.get_by_role("slider").first.press("ArrowRight")
+    told = heard(client, looker, JointState, "/joint_states", lambda told: told.position[0] > 2.4)
+    assert [*told.position] == [pytest.approx(2.4, abs=0.01), 0.5]
+    client.node.destroy_publisher(other)
 
 
 def see_who_else_commands(looker, client):
@@ -348,9 +361,14 @@ def test_a_slider_that_was_moved_before_is_no_step_away_from_where_nobody_sent_i
     page._control.switch()
     page.show_motors(home)
     assert slider.value == home[0]
-    slider.value = 3.0  # in control it stays at what was asked
+    page._slid(0, 3.0)  # in control it is where it was sent, until others move the motor on
+    for at, expected in ((home[0], 3.0), (3.0, 3.0), (3.5, 3.5), (3.0, 3.0), (home[0], home[0])):
+        page.show_motors([at, home[1]])
+        assert slider.value == expected
+    page._slid(0, 3.0)
+    page._control.switch()
     page.show_motors(home)
-    assert slider.value == 3.0
+    assert slider.value == home[0]
 
 
 def test_control_that_was_taken_before_there_was_a_robot_is_kept(shown):
