@@ -18,7 +18,7 @@ SECTIONS = {"msg": ("",), "srv": ("Request", "Answer"), "action": ("Goal", "Resu
 HEAD = """# Interfaces
 
 Generated from [msg_defs](../msg_defs) by `tools/interface_page.py`; do not edit. What the node does with
-them: [node.md](node.md).
+them: [node.md](node.md). A field without a default is 0, false or empty in a new message.
 """
 
 
@@ -55,17 +55,20 @@ def parsed(text: str, parts: int) -> tuple[str, list[Part]]:
             last = [constant[1], constant[2], comment]
             found[part].constants.append(last)
         else:
-            last = [rest, kind, comment]
+            name, _, default = rest.partition(" ")
+            last = [name, kind, default, comment]
             found[part].fields.append(last)
     return " ".join(about), found
 
 
 def table(head: tuple[str, ...], rows: list[list[str]]) -> list[str]:
-    """Rows as a table; the first two columns are code."""
-    lines = ["", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
-    for first, second, comment in rows:
-        shown = comment.replace("|", r"\|")
-        lines.append(f"| `{first}` | `{second}` | {shown} |")
+    """Rows as a table; all columns are code but the last, and those that nobody fills are left out."""
+    kept = [column for column in range(len(head)) if any(row[column] for row in rows)]
+    lines = ["", f"| {' | '.join(head[column] for column in kept)} |", "|---" * len(kept) + "|"]
+    for row in rows:
+        *codes, comment = (row[column] for column in kept)
+        shown = [f"`{code}`" if code else "" for code in codes] + [comment.replace("|", r"\|")]
+        lines.append(f"| {' | '.join(shown)} |")
     return lines
 
 
@@ -80,7 +83,7 @@ def page() -> str:
                 if name:
                     lines += ["", f"### {name}"]
                 if part.fields:
-                    lines += table(("field", "type", "meaning"), part.fields)
+                    lines += table(("field", "type", "default", "meaning"), part.fields)
                 elif name:
                     lines += ["", "Empty."]
                 if part.constants:
