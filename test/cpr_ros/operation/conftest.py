@@ -1,0 +1,20 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Sessions that tests move."""
+
+import pytest
+from helpers.session_bench import Bench, NodeBench
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+@pytest.fixture
+def node():
+    bench = NodeBench()
+    bench.session.commands.place(bench.session.solver.current.equilibrium.motors)
+    bench.rest()
+    return bench

@@ -1,0 +1,141 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A session without the node: its clock, what is asked of it, and the commands it gives."""
+
+from dataclasses import replace
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
+from cpr_msgs.srv import SolveForward
+from sensor_msgs.msg import JointState
+
+from cpr_ros.following.trajectory_order import TrajectoryOrder
+from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.operation.session import Session
+from cpr_ros.settings.parameter_table import PARAMETERS
+from cpr_ros.settings.parameters import Parameters, live_parameters
+from helpers.drive import PERIOD, SETTINGS, robot
+
+FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
+FIXED["characteristic_length"] = None
+DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
+LIVE = replace(
+    live_parameters(DEFAULTS.__getitem__),
+    settings=SETTINGS,
+    wrench_timeout=0.0,
+    measured_timeout=0.0,
+)
+
+
+class Bench:
+    """A session, its clock, and the commands it gives."""
+
+    def __init__(self, **parameters):
+        self.session = Session(
+            robot("rfrfr"), Frames("base", "platform"), Parameters(**FIXED | parameters), LIVE
+        )
+        self.now, self.commands = 0.0, []
+
+    def push(self, *force):
+        loads = self.session.solver.current.equilibrium.loads
+        self.session.wrench.take(loads.with_(wrench_world=[0, 0, 0, *force]), self.now)
+
+    def tick(self):
+        self.now += PERIOD
+        outcome = self.session.tick(self.now)
+        command = self.session.next_command(self.now)
+        self.commands += [] if command is None else [command]
+        return outcome
+
+
+def still(session, motors, now, seconds=0.5, told=lambda ending: None):
+    """Some time at the same motors."""
+    nothing = np.full(2, np.inf)
+    times, points = np.array([0.0, seconds]), np.array([motors, motors])
+    order = TrajectoryOrder(times, points, None, None, None, nothing, nothing, np.inf)
+    return session.follow_trajectory(order, now, told)
+
+
+def stop(session, now):
+    """The usual stop of a client of trajectories: one without points."""
+    endings, nothing = [], np.full(2, np.inf)
+    order = TrajectoryOrder(
+        np.empty(0), np.empty((0, 2)), None, None, None, nothing, nothing, np.inf
+    )
+    session.follow_trajectory(order, now, endings.append)
+    return [ending.val for ending in endings]
+
+
+def apply(session, *motors, start=None):
+    """Make the equilibrium at these motors the current one, continued from another one than that."""
+    state = JointState(name=["motor1", "motor2"], position=motors)
+    request = SolveForward.Request(motors=state, apply=True)
+    if start is not None:
+        message, frames = EquilibriumMessage(), session.solver.frames
+        fill_equilibrium(message, start, frames, Time(), 0.0, eigenvalues=False)
+        request.start, request.start_equilibrium = request.START_GIVEN, [message]
+    session.solver.forward(request)
+
+
+def commanded(session, motors):
+    """Of which it is known where its motors are."""
+    session.begin_at(session.solver.current.equilibrium, motors, 0.0)
+
+
+def measured_for(bench, motors, seconds=1.0):
+    """Measured motors ten times a second; whether the robot had to begin there."""
+    begin = False
+    for _ in range(round(10 * seconds)):
+        bench.now += 0.1
+        begin = begin or bench.session.take_measured(np.array(motors), bench.now)
+        bench.tick()
+    return begin
+
+
+def waiting(bench, seconds, way=0.0):
+    """A trajectory that begins later, and how it ends."""
+    session, home, endings = bench.session, bench.session.solver.current.equilibrium, []
+    commanded(session, home.motors)
+    any_error, points = np.full(2, np.inf), np.array([home.motors, home.motors + way])
+    times = np.array([0.0, 0.5])
+    order = TrajectoryOrder(times, points, None, None, seconds, any_error, any_error, np.inf)
+    session.follow_trajectory(order, bench.now, endings.append)
+    return endings
+
+
+class NodeBench(Bench):
+    """As the node does it: what is judged already is commanded before it is solved."""
+
+    def __init__(self, **parameters):
+        super().__init__(**parameters)
+        self.ahead = []
+
+    def rest(self, seconds=0.2):
+        end = self.now + seconds
+        while self.now < end:
+            self.now += PERIOD
+            if not self.session.at_rest:
+                self.do_tick()
+            self.session.look_around(self.now, self.session.at_rest)
+
+    def tick(self):
+        self.now += PERIOD
+        return self.do_tick()
+
+    def do_tick(self):
+        ahead = self.session.command_ahead(self.now)
+        self.ahead += [] if ahead is None else [ahead]
+        outcome = self.session.move(self.now)
+        command = self.session.next_command(self.now)
+        self.commands += [each for each in (ahead, command) if each is not None]
+        self.session.take_note(self.now)
+        return outcome
+
+
+def timed(points, start_in):
+    """A trajectory with a stamp, a point a second."""
+    points, nothing = np.array(points), np.full(2, np.inf)
+    times = np.arange(1.0, len(points) + 1.0)
+    return TrajectoryOrder(times, points, None, None, start_in, nothing, nothing, np.inf)
