@@ -21,6 +21,7 @@ __all__ = [
     "cached_array",
     "cached_property",
     "checked_count",
+    "checked_floats",
     "checked_matrix",
     "checked_number",
     "checked_time",
@@ -77,8 +78,25 @@ def checked_time(value: object, name: str = "time_limit") -> float:
     return time
 
 
+def checked_floats(name: str, value: ArrayLike, expected: str) -> NDArray[np.float64]:
+    """A float array of what is given, of any shape; what is masked is not given, whatever is below.
+
+    Raises:
+        InvalidRequest: Words, truth values, times or what is masked, which are no numbers.
+    """
+    try:
+        if np.ma.is_masked(value):
+            raise TypeError
+        given = np.asarray(value)
+        if given.dtype.kind in "SUbcMm":
+            raise TypeError
+        return given.astype(float)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidRequest(name, f"{expected}, got {value!r:.200}") from None
+
+
 def checked_matrix(
-    name: str, value: ArrayLike, rows: int | None, columns: int
+    name: str, value: ArrayLike, rows: int | None, columns: int, meaning: str = ""
 ) -> NDArray[np.float64]:
     """A float matrix of a given shape; None: of any number of rows.
 
@@ -86,15 +104,16 @@ def checked_matrix(
         InvalidRequest: Not numbers, or another shape.
         NonFiniteInput: A NaN or an infinity among them.
     """
-    try:
-        given = _given(value)
-        shape = given.shape
-    except (TypeError, ValueError):
-        shape = ()
-    if len(shape) != 2 or shape[1] != columns or rows not in (None, shape[0]):
-        expected = "rows of" if rows is None else f"a matrix of {rows} x"
-        raise InvalidRequest(name, f"expected {expected} {columns} numbers, got {value!r:.200}")
-    return checked_vector(name, given.ravel(), given.size).reshape(shape).copy()
+    of = "rows of" if rows is None else f"a matrix of {rows} x"
+    expected = f"expected {of} {_counted(columns, meaning)}"
+    matrix = checked_floats(name, value, expected)
+    if matrix.ndim != 2 or matrix.shape[1] != columns or rows not in (None, len(matrix)):
+        raise InvalidRequest(name, f"{expected}, got an array of shape {matrix.shape}")
+    wrong = np.flatnonzero(~np.isfinite(matrix).all(axis=1))
+    if wrong.size:
+        row = wrong[0]
+        raise NonFiniteInput(name, f"{expected}, all finite, row {row} is {matrix[row].tolist()}")
+    return matrix
 
 
 def checked_vector(
@@ -106,18 +125,12 @@ def checked_vector(
         InvalidRequest: Not numbers, or not ``size`` of them.
         NonFiniteInput: A NaN or an infinity among them.
     """
-    try:
-        given = _given(value)
-        if given.dtype.kind in "SUbcMm":  # words, truth values and times are no numbers
-            raise TypeError
-        vector = given.astype(float)
-    except (TypeError, ValueError, OverflowError):
-        raise InvalidRequest(name, f"{_expected(size, meaning)}, got {value!r:.200}") from None
+    expected = f"expected {_counted(size, meaning)}"
+    vector = checked_floats(name, value, expected)
     if vector.shape != (size,):
         count = vector.size if vector.ndim == 1 else f"an array of shape {vector.shape}"
-        raise InvalidRequest(name, f"{_expected(size, meaning)}, got {count}")
+        raise InvalidRequest(name, f"{expected}, got {count}")
     if not all(map(math.isfinite, vector.tolist())):  # faster than numpy on so few numbers
-        expected = _expected(size, meaning)
         raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
     return read_only(vector)
 
@@ -186,13 +199,6 @@ class ReadOnlyArrays:
                     read_only(part)
 
 
-def _given(value: ArrayLike) -> NDArray[Any]:
-    """An array of what is given; what is masked is not, whatever number is below."""
-    if np.ma.is_masked(value):
-        raise TypeError
-    return np.asarray(value)
-
-
 def _number(name: str, value: object, expected: str) -> float:
     """Truth values and times are no numbers, nor are whole numbers beyond all floats."""
     if isinstance(value, bool | np.timedelta64) or not isinstance(
@@ -205,5 +211,5 @@ def _number(name: str, value: object, expected: str) -> float:
         raise InvalidRequest(name, f"expected {expected}, got {value!r:.200}") from None
 
 
-def _expected(size: int, meaning: str) -> str:
-    return f"expected {size} numbers" + (f" ({meaning})" if meaning else "")
+def _counted(count: int, meaning: str) -> str:
+    return f"{count} numbers" + (f" ({meaning})" if meaning else "")

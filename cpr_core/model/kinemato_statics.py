@@ -17,7 +17,13 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InvalidRequest
-from ..validation import ReadOnlyArrays, cached_array, cached_property, checked_vector
+from ..validation import (
+    ReadOnlyArrays,
+    cached_array,
+    cached_property,
+    checked_floats,
+    checked_vector,
+)
 from .equilibrium import Equilibrium, check_equilibrium
 from .linear_problems import LinearProblems, coordinate_motions
 from .problem_units import problem_units
@@ -200,12 +206,14 @@ class KinematoStatics(LinearProblems):
             ("efforts", efforts, n),
             ("wrench", wrench, size),
         ):
-            try:
-                part = np.full(length, np.nan) if values is None else np.array(values, dtype=float)
-            except (TypeError, ValueError):
-                part = np.full(0, np.nan)
+            expected = f"expected {length} numbers or NaN"
+            part = (
+                np.full(length, np.nan)
+                if values is None
+                else checked_floats(name, values, expected)
+            )
             if part.shape != (length,) or np.any(np.isinf(part)):
-                raise InvalidRequest(name, f"expected {length} numbers or NaN, got {values!r:.200}")
+                raise InvalidRequest(name, f"{expected}, got {values!r:.200}")
             parts.append(part)
         given = np.concatenate(parts) / units
         unknown = np.isnan(given)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
-from ..errors import InvalidRequest, NonFiniteInput
+from ..errors import InvalidRequest
 from ..kernels.continuation_kernel import WATCHED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes
@@ -25,7 +25,7 @@ from ..kernels.record_layout import INVERSE_SIGN, SIGNS
 from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, new_record
 from ..model.robot import Robot
-from ..validation import checked_time
+from ..validation import checked_matrix, checked_time
 from .events import PathEvent
 from .geometrico_statics import checked_start
 from .limits import margins_along, undisturbed
@@ -222,19 +222,9 @@ def _checked_rows(robot: Robot, kind: str, values: ArrayLike) -> Floats:
         NonFiniteInput: A NaN or an infinity.
     """
     names = pose_meaning(robot) if kind == "poses" else robot.motor_names
-    expected = f"expected rows of {len(names)} numbers ({' '.join(names)})"
-    try:
-        given = np.asarray(values)
-        if given.dtype.kind in "SUbc":  # words and truth values are no numbers
-            raise TypeError
-        rows = given.astype(float)
-    except (TypeError, ValueError, OverflowError):
-        raise InvalidRequest(kind, f"{expected}, got {values!r:.200}") from None
-    if rows.ndim != 2 or rows.shape[1] != len(names) or not len(rows):
-        raise InvalidRequest(kind, f"{expected}, got an array of shape {rows.shape}")
-    wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
-    if wrong.size:
-        raise NonFiniteInput(kind, f"{expected}, all finite, row {wrong[0]} is {rows[wrong[0]]}")
+    rows = checked_matrix(kind, values, None, len(names), " ".join(names))
+    if not len(rows):
+        raise InvalidRequest(kind, "expected a row or more, got none")
     if kind == "motors":
         check_rod_lengths(robot, rows)
     return rows

@@ -31,6 +31,7 @@ from cpr_core import (
     solve_inverse,
     spectrum,
     trace,
+    trace_through,
 )
 from cpr_core.drawing.map_plots import check_field
 from cpr_core.validation import (
@@ -55,6 +56,7 @@ QUESTIONS = {
     "starts": lambda value: find_equilibria(ROBOT, HOME.motors, starts=value),
     "seed": lambda value: find_equilibria(ROBOT, HOME.motors, starts=1, seed=value),
     "time limit": lambda value: solve_forward(ROBOT, HOME.motors, time_limit=value),
+    "motors of a path": lambda value: trace(ROBOT, motors=value),
     "points of a path": lambda value: trace(ROBOT, motors=HOME.motors, points=value),
     "points of a leg": lambda value: leg_shapes(HOME, value),
     "equilibrium": spectrum,
@@ -130,8 +132,13 @@ def test_what_is_masked_and_times_are_no_numbers(value):
     for question in ("motors", "pose", "stations"):
         with pytest.raises(InvalidRequest, match="expected 2 numbers"):
             QUESTIONS[question](value)
-    with pytest.raises(InvalidRequest, match=r"expected .*2 numbers"):
-        checked_matrix("rows", value[None], 1, 2)
+    for rows in (1, None):
+        with pytest.raises(InvalidRequest, match=r"expected .*2 numbers"):
+            checked_matrix("rows", value[None], rows, 2)
+    with pytest.raises(InvalidRequest, match="motors: expected rows of 2 numbers"):
+        trace_through(ROBOT, motors=value[None])
+    with pytest.raises(InvalidRequest, match="platform: expected 2 numbers or NaN"):
+        MODEL.solve(platform=value, wrench=[0, 0])
 
 
 def test_a_masked_array_of_which_nothing_is_masked_is_one_of_numbers():
