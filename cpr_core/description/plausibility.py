@@ -149,10 +149,12 @@ def check_link(part: Part, link: Link, length: float) -> None:
     Raises:
         DescriptionError: It does not.
     """
-    for name, vector in (("link", link.offset), ("center_of_mass", link.center_of_mass)):
-        size = math.hypot(*vector)
-        if size > _LONGEST:
+    vectors = {"link": link.offset, "center_of_mass": link.center_of_mass}
+    for name, vector in vectors.items():
+        if math.hypot(*vector) > _LONGEST:
             raise part.fail(name, f"got {list(vector)}: {_MILLIMETRES}")
+    for name, vector in vectors.items():
+        size = math.hypot(*vector)
         if size > _FAR * length:
             _warn(part, name, f"{size:g} m, more than {_FAR:g} rod lengths: {_MILLIMETRES}?")
             return

@@ -101,9 +101,8 @@ class Robot:
         Raises:
             InvalidRequest: No motors, or not as many as the inverse problem can do without.
         """
-        return self.kept(
-            f"holding {motors!r}", lambda: Robot(self.description, self._checked_held(motors))
-        )
+        held = self._checked_held(motors)
+        return self.kept(f"holding {held}", lambda: Robot(self.description, held))
 
     def _checked_held(self, motors: Sequence[int]) -> tuple[int, ...]:
         """Numbers of motors to hold.

@@ -194,6 +194,12 @@ def test_a_rod_of_a_chain_that_is_fed_millimetres_is_said():
             f"[231.64, 0.0, 0.0]: {MILLIMETRES}",
         ),
         (("chain", 1, "center_of_mass"), [0, 0, 115], "chain[1].center_of_mass", MILLIMETRES),
+        (  # not hidden by a link that is only doubted
+            ("chain", 1),
+            {"link": [23.1, 0, 0], "mass": 0.1, "center_of_mass": [0, 0, 115]},
+            "chain[1].center_of_mass",
+            MILLIMETRES,
+        ),
         (
             ("chain", 3, "rod"),
             {"young_modulus": 110},

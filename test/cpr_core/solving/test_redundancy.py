@@ -82,6 +82,15 @@ def test_motors_that_cannot_be_held_are_refused(motors, words):
         load_robot("rfrfr").holding((0,))
 
 
+def test_a_robot_holds_the_motors_it_is_told_to_however_they_are_told():
+    """It was kept by the name of what told them, which another iterator had again."""
+    robot = load_robot("four_rfr")
+    for motor in (0, 1, 2, 0, 3):
+        held = robot.holding(each for each in [motor])
+        assert held.held_motors == (motor,)
+        assert held is robot.holding([motor]) is robot.holding(np.array([motor]))
+
+
 def test_motors_that_are_held_stay(robot):
     motors = np.arange(robot.redundancy)
     held = robot.holding(motors)
