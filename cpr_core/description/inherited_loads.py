@@ -6,13 +6,9 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import fields, replace
-from operator import eq
-from typing import Any
+from dataclasses import replace
 
-import numpy as np
-
-from .loads import Loads, compared
+from .loads import Loads
 
 __all__ = ["inheritance", "inherited_loads", "overridden_loads"]
 
@@ -29,24 +25,14 @@ def inherited_loads(loads: Loads, before: Loads, after: Loads) -> Loads:
     """
     if loads is before:
         return after
-    return replace(
-        loads,
-        **{
-            field.name: getattr(after, field.name)
-            for field in fields(Loads)
-            if _same(getattr(loads, field.name), getattr(before, field.name))
-        },
-    )
+    own = loads.differences(before)
+    return replace(loads, **{name: getattr(after, name) for name in loads.parts if name not in own})
 
 
 def overridden_loads(loads: Loads, before: Loads, after: Loads) -> tuple[str, ...]:
     """Names of what changes in the description and not in the loads in force, as above."""
-    return tuple(
-        field.name
-        for field in fields(Loads)
-        if not _same(getattr(before, field.name), getattr(after, field.name))
-        and not _same(getattr(loads, field.name), getattr(before, field.name))
-    )
+    own = loads.differences(before)
+    return tuple(name for name in before.differences(after) if name in own)
 
 
 def inheritance(loads: Loads, own: Loads) -> Hashable:
@@ -58,19 +44,8 @@ def inheritance(loads: Loads, own: Loads) -> Hashable:
         loads: In force.
         own: Of the description.
     """
-    wrenches, others = compared(loads)
-    return tuple(map(eq, wrenches, compared(own)[0])), others
-
-
-def _same(first: Any, second: Any) -> bool:
-    """Whether vectors, or forces on rods, are the same."""
-    if first is second:
-        return True
-    if isinstance(first, np.ndarray):
-        return bool(np.array_equal(first, second))
-    return len(first) == len(second) and all(
-        first_force.leg == second_force.leg
-        and np.array_equal(first_force.at, second_force.at)
-        and np.array_equal(first_force.force, second_force.force)
-        for first_force, second_force in zip(first, second, strict=True)
+    others = dict(loads.parts)
+    inherited = tuple(
+        others.pop(name) == own.parts[name] for name in ("wrench_world", "wrench_body")
     )
+    return inherited, tuple(others.values())

@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -16,17 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidRequest
 from ..validation import cached_property, checked_number, checked_vector, read_only
 
-__all__ = ["WRENCH_NAMES", "DistributedForce", "Loads", "PointForce", "compared"]
+__all__ = ["WRENCH_NAMES", "DistributedForce", "Loads", "PointForce"]
 
 Floats = NDArray[np.float64]
 
 #: Of the numbers of a wrench, in their order.
 WRENCH_NAMES = ("mx", "my", "mz", "fx", "fy", "fz")
-
-
-def _bytes(vector: Floats) -> bytes:
-    """What is the same of vectors that are equal."""
-    return bytes((vector + 0.0).tobytes())  # -0 is 0
 
 
 #: Vectors of loads: how many numbers, and what they mean.
@@ -37,6 +32,17 @@ _VECTORS = {
     "wrench_body": (6, f"{' '.join(WRENCH_NAMES)}, N m and N"),
 }
 _FLOAT = np.dtype(np.float64)
+
+
+def _comparable(part: Any) -> Hashable:
+    """What is equal of parts of loads that are: of numbers, names, and forces on rods."""
+    if isinstance(part, np.ndarray):
+        return (part + 0.0).tobytes()  # -0 is 0
+    if isinstance(part, tuple):
+        return tuple(map(_comparable, part))
+    if isinstance(part, DistributedForce | PointForce):
+        return type(part), *map(_comparable, vars(part).values())
+    return part
 
 
 def _kept(name: str, value: ArrayLike) -> Floats:
@@ -233,10 +239,7 @@ class Loads:
         """
         factor = checked_number("factor", factor)
         return Loads(
-            gravity=factor * self.gravity,
-            rod_force=factor * self.rod_force,
-            wrench_world=factor * self.wrench_world,
-            wrench_body=factor * self.wrench_body,
+            **{name: factor * getattr(self, name) for name in _VECTORS},
             distributed=tuple(replace(f, force=factor * f.force) for f in self.distributed),
             points=tuple(replace(f, force=factor * f.force) for f in self.points),
         )
@@ -256,14 +259,14 @@ class Loads:
         if fraction == 1.0:
             return target
         mine, theirs = self.scaled(1.0 - fraction), target.scaled(fraction)
-        return Loads(
-            gravity=mine.gravity + theirs.gravity,
-            rod_force=mine.rod_force + theirs.rod_force,
-            wrench_world=mine.wrench_world + theirs.wrench_world,
-            wrench_body=mine.wrench_body + theirs.wrench_body,
-            distributed=mine.distributed + theirs.distributed,
-            points=mine.points + theirs.points,
-        )
+        names = [field.name for field in fields(self)]
+        return Loads(**{name: getattr(mine, name) + getattr(theirs, name) for name in names})
+
+    def differences(self, other: Loads) -> tuple[str, ...]:
+        """Names of the attributes in which others differ; empty where they are the same."""
+        if other is self:
+            return ()
+        return tuple(name for name, part in self.parts.items() if part != other.parts[name])
 
     def conservative(self, planar: bool) -> bool:
         """Whether all loads have a potential, so that energy decides stability (Section V-D).
@@ -274,10 +277,9 @@ class Loads:
         return self._conservative_in_plane if planar else self._conservative_in_space
 
     @cached_property
-    def _compared(self) -> tuple[tuple[bytes, ...], tuple[Any, ...]]:
-        wrenches = _bytes(self.wrench_world), _bytes(self.wrench_body)
-        fields = _bytes(self.gravity), _bytes(self.rod_force)
-        return wrenches, (*fields, self.distributed, self.points)
+    def parts(self) -> Mapping[str, Hashable]:
+        """What is equal where loads are the same, by attribute."""
+        return {field.name: _comparable(getattr(self, field.name)) for field in fields(self)}
 
     @cached_property
     def _conservative_in_plane(self) -> bool:
@@ -286,8 +288,3 @@ class Loads:
     @cached_property
     def _conservative_in_space(self) -> bool:
         return not np.any(self.wrench_world[:3]) and not np.any(self.wrench_body)
-
-
-def compared(loads: Loads) -> tuple[tuple[bytes, ...], tuple[Any, ...]]:
-    """The wrenches, and all else, as what is equal where loads are the same."""
-    return loads._compared

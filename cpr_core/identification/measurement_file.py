@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..description.loads import WRENCH_NAMES, Loads, compared
+from ..description.loads import WRENCH_NAMES, Loads
 from ..errors import InvalidRequest
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium, check_equilibrium
@@ -245,8 +245,7 @@ def _checked_poses(equilibria: Sequence[Equilibrium], loads: Loads | None) -> Ro
             raise InvalidRequest(
                 f"equilibria[{number}]", "expected one of the same robot as the first"
             )
-        alike = equilibrium.loads.with_(wrench_world=known.wrench_world)
-        if compared(alike) != compared(known):
+        if set(equilibrium.loads.differences(known)) - {"wrench_world"}:
             raise InvalidRequest(
                 f"equilibria[{number}]",
                 "acted on by more than a file has of loads, which is wrench_world: give the others, "

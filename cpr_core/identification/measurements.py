@@ -237,20 +237,10 @@ def _with_shared_loads(rows: tuple[Measurement, ...]) -> tuple[Measurement, ...]
         if row.loads is None:
             found.append(row)
             continue
-        same = next((loads for loads in known if _equal(loads, row.loads)), None)
+        same = next((loads for loads in known if not loads.differences(row.loads)), None)
         known += [row.loads] if same is None else []
         found.append(row if same is None else _changed(row, loads=same))
     return tuple(found)
-
-
-def _equal(first: Loads, second: Loads) -> bool:
-    """Whether loads are the same; those with forces on rods only where they are one object."""
-    if first is second:
-        return True
-    if first.distributed or first.points or second.distributed or second.points:
-        return False
-    names = ("gravity", "rod_force", "wrench_world", "wrench_body")
-    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in names)
 
 
 def _changed(row: Measurement, **fields: Any) -> Measurement:

@@ -9,7 +9,6 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..description.loads import compared
 from ..errors import CprError
 from .controls import Do
 from .handled_robot import HandledRobot
@@ -118,5 +117,5 @@ def _other(handled: HandledRobot, layer: MapLayer) -> str:
     """What a map has that the robot has not now, in words; empty: nothing."""
     if layer.found.robot is not handled.robot:
         return "strain modes"
-    same = compared(layer.found.loads) == compared(handled.equilibrium.loads)
-    return "" if same else "loads than act now"
+    other = layer.found.loads.differences(handled.equilibrium.loads)
+    return "loads than act now" if other else ""

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..description.loads import compared
 from ..errors import CprError
 from ..model.equilibrium import Equilibrium
 from ..solving.requests import pose_meaning
@@ -139,7 +138,7 @@ class WayTab:
             return
         current = handled.equilibrium
         if current is not self._frame:  # the robot was elsewhere before
-            self._other_loads = compared(current.loads) != compared(shown.loads)
+            self._other_loads = bool(current.loads.differences(shown.loads))
         self._frame = shown
         under = ", under the loads it was traced with" if self._other_loads else ""
         handled.show(shown, f"on the path, time {at:.3f}{under}")

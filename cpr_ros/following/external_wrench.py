@@ -5,10 +5,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from cpr_core import Loads, Robot
-from cpr_core.description.loads import compared
 
 from .watchdog import Watchdog
 
@@ -58,7 +55,7 @@ class ExternalWrench:
         """
         self.robot.load_arrays(loads)
         # Loads with the same numbers are not solved for again.
-        if self._loads is None or compared(loads) != compared(self._loads):
+        if self._loads is None or loads.differences(self._loads):
             self._loads = loads
         self._lost = False
         self.watchdog.feed(now)
@@ -77,10 +74,7 @@ class ExternalWrench:
                 wrench_world=default.wrench_world, wrench_body=default.wrench_body
             )
             # A wrench of zero says that nothing pushes, and nothing changes when it is too old.
-            self._lost = not (
-                np.array_equal(self._loads.wrench_world, without.wrench_world)
-                and np.array_equal(self._loads.wrench_body, without.wrench_body)
-            )
+            self._lost = any("wrench" in name for name in self._loads.differences(without))
             self._loads = without
             self.watchdog.forget()
         elif self._loads is known and self.watchdog.age(now) < 0.0:

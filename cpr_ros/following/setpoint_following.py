@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Loads, Robot, solve_home
-from cpr_core.description.loads import compared
 from cpr_core.model.assessment import MEASURES, Assessment
 
 from .goals import SLACK, Goal, MotorGoal, PoseGoal
@@ -299,5 +298,5 @@ class SetpointFollower:
         """Whether this is another equilibrium than home, though nothing else acts."""
         home = solve_home(self.robot)
         # By their numbers: after a wrench those of the description are other objects.
-        same_loads = compared(current.loads) == compared(home.loads)
+        same_loads = not current.loads.differences(home.loads)
         return same_loads and change_between(current, home) > 1e-6

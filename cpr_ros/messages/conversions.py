@@ -328,10 +328,7 @@ def _doubles(vector: Floats) -> array[float]:
 def _own_loads(equilibrium: Equilibrium) -> list[LoadsMessage]:
     """The loads of an equilibrium, where they are not those of the description."""
     loads, default = equilibrium.loads, equilibrium.robot.default_loads
-    names = ("gravity", "wrench_world", "wrench_body")
-    if loads is default or all(
-        np.array_equal(getattr(loads, name), getattr(default, name)) for name in names
-    ):
+    if not loads.differences(default):
         return []
     message = LoadsMessage()
     _fill_vector3(message.gravity, loads.gravity)

@@ -418,14 +418,5 @@ def _fingerprint_of_motors(robot: Robot) -> bytes:
 def _loads(robot: Robot, gravity: Floats, world: Floats, body: Floats) -> Loads:
     """Loads as they were; the object of the description if they are its own."""
     default = robot.default_loads
-    same = all(
-        np.array_equal(given, described)
-        for given, described in (
-            (gravity, default.gravity),
-            (world, default.wrench_world),
-            (body, default.wrench_body),
-        )
-    )
-    if same:
-        return default
-    return default.with_(gravity=gravity, wrench_world=world, wrench_body=body)
+    kept = default.with_(gravity=gravity, wrench_world=world, wrench_body=body)
+    return kept if kept.differences(default) else default

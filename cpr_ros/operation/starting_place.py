@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, NotReached, solve_forward, solve_home
-from cpr_core.description.loads import compared
 from cpr_core.model.assessment import Assessment
 
 from ..following.deadline import Deadline
@@ -154,7 +153,7 @@ def begin_at_measured(session: Session, measured: Floats) -> str:
         ) from None
     session.begin_at(found, measured, time.perf_counter() - begin)
     said = f"where it is measured, motors {_words(measured)}"
-    if not session.wrench.acts and compared(current.loads) != compared(found.loads):
+    if not session.wrench.acts and current.loads.differences(found.loads):
         said += ", without the wrench of the solution that was applied"
     return said
 

@@ -4,7 +4,7 @@
 """Loads: checks of what is given, what is refused in the plane, what has a potential."""
 
 import copy
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, fields, replace
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from helpers.yaml_content import yaml_content
 from numpy.testing import assert_allclose
 
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.description.inherited_loads import inherited_loads, overridden_loads
 from cpr_core.description.loads import DistributedForce, Loads, PointForce, checked_vector
 from cpr_core.errors import CprError, DescriptionError, InvalidRequest, NonFiniteInput
 from cpr_core.kernels.kernel_arrays import PLATFORM_LOADS, interpolated_loads
@@ -329,3 +330,57 @@ def test_stations_that_do_not_reach_the_ends_are_told_so():
         DescriptionError, match=r"the first 0 and the last 1, got \[0.1, 0.4, 0.8\]"
     ):
         load_robot(content)
+
+
+#: Another value of every attribute.
+OTHERS = {
+    "gravity": [0.0, 0.0, -1.62],
+    "rod_force": [0.1, 0.0, 0.0],
+    "wrench_world": [0.0, 0.0, 0.0, 1e-9, 0.0, 0.0],
+    "wrench_body": [0.0, 0.2, 0.0, 0.0, 0.0, 0.0],
+    "distributed": [DistributedForce("leg1", [0.0, 1.0], np.ones((2, 3)))],
+    "points": [PointForce("leg1", 0.5, [0.0, 1.0, 0.0])],
+}
+
+
+def test_every_attribute_tells_loads_apart():
+    assert set(OTHERS) == {field.name for field in fields(Loads)}
+    same = made(gravity=[0.0, -0.0, 0.0])
+    assert Loads.none().differences(same) == same.differences(Loads.none()) == ()
+    for name, value in OTHERS.items():
+        changed, again = (Loads.none().with_(**{name: copy.deepcopy(value)}) for _ in range(2))
+        assert changed.differences(same) == same.differences(changed) == (name,)
+        assert changed.differences(again) == ()
+        assert changed.scaled(0.5).differences(changed) == (name,)
+        assert changed.toward(same, 0.5).differences(changed.scaled(0.5)) in ((), (name,))
+        assert changed.toward(same, 0.5).differences(same) == (name,)
+    everything = Loads.none().with_(**OTHERS)
+    assert everything.differences(same) == tuple(OTHERS)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("distributed", {"leg": "leg2"}),
+        ("distributed", {"at": [0.0, 0.5, 1.0], "force": np.ones((3, 3))}),
+        ("distributed", {"force": 2.0 * np.ones((2, 3))}),
+        ("points", {"leg": "leg2"}),
+        ("points", {"at": 0.25}),
+        ("points", {"force": [0.0, 1.0, 1e-12]}),
+    ],
+)
+def test_every_attribute_tells_forces_on_rods_apart(name, change):
+    (force,) = OTHERS[name]
+    loads = [Loads.none().with_(**{name: [each]}) for each in (force, replace(force, **change))]
+    assert loads[0].differences(loads[1]) == (name,)
+
+
+def test_what_is_inherited_follows_the_description():
+    before = Loads.none().with_(gravity=[0.0, 0.0, -9.81], rod_force=[0.0, 0.3, 0.0])
+    for name, value in OTHERS.items():
+        after, given = before.with_(**{name: value}), before.with_(**{name: value}).scaled(2.0)
+        followed = inherited_loads(before.with_(wrench_world=np.ones(6)), before, after)
+        assert followed.differences(after) == ("wrench_world",)
+        assert overridden_loads(before, before, after) == ()
+        assert inherited_loads(given, before, after).differences(given) == ()
+        assert overridden_loads(given, before, after) == (name,)
