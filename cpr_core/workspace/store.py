@@ -13,7 +13,7 @@ import json
 import math
 import os
 from contextlib import suppress
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,7 @@ from .cell_layout import (
 )
 from .grid import Grid
 from .map_files import MapNotWritten, check_axis_names, unfinished_file
+from .stored_values import as_json, is_robot, is_same, robot_as_json
 from .workspace_map import CellArrays, WorkspaceMap
 
 if TYPE_CHECKING:
@@ -149,12 +150,10 @@ def _map_of(
     """The map in a file."""
     if attributes.get("cpr_map_format") != FORMAT:
         raise InvalidRequest("file", f"expected a map of format {FORMAT} in {file}")
-    asked = {"robot_description": _described(robot), "loads": _as_json(loads)}
-    for name, mine in asked.items():
-        # As numbers: a zero with another sign is the same.
-        if attributes[name] != mine and json.loads(attributes[name]) != json.loads(mine):
-            other = "other loads" if name == "loads" else f"another {name}"
-            raise InvalidRequest("file", f"{file} is a map with {other}")
+    if not is_robot(robot, attributes["robot_description"]):
+        raise InvalidRequest("file", f"{file} is a map with another robot_description")
+    if not is_same(loads, attributes["loads"]):
+        raise InvalidRequest("file", f"{file} is a map with other loads")
     grid = _grid_of(attributes["grid"])
     whole = {}
     for name in _STORED:
@@ -209,7 +208,7 @@ def read_flood(file: Path, robot: Robot, loads: Loads, grid: Grid, objective: st
         InvalidRequest: A map of another robot, other loads, another grid or another objective.
     """
     found = read_map(file, robot, loads)
-    if _grid_as_json(found.grid) != _grid_as_json(grid):
+    if as_json(found.grid) != as_json(grid):
         raise InvalidRequest("file", f"{file} is a map of another grid; name another file")
     if found.objective != objective:
         raise InvalidRequest(
@@ -324,9 +323,9 @@ def _attributes(found: WorkspaceMap) -> dict[str, Any]:
         "cpr_map_format": FORMAT,
         "robot": found.robot.description.name,
         "robot_file": found.robot.description.text,
-        "robot_description": _described(found.robot),
-        "loads": _as_json(found.loads),
-        "grid": _grid_as_json(found.grid),
+        "robot_description": robot_as_json(found.robot),
+        "loads": as_json(found.loads),
+        "grid": as_json(found.grid),
         "motor_names": ", ".join(found.robot.motor_names),
         "limit_names": ", ".join(found.limit_names),
         "border_kinds": " ".join(border.kind for border in found.borders),
@@ -366,10 +365,6 @@ def _border_of(arrays: dict[str, NDArray[Any]], kind: BorderKind, axes: int) -> 
     )
 
 
-def _grid_as_json(grid: Grid) -> str:
-    return _as_json(grid)
-
-
 def _grid_of(text: str) -> Grid:
     values = json.loads(text)
     values.pop("type")
@@ -380,32 +375,3 @@ def _grid_of(text: str) -> Grid:
     values["values"] = tuple(np.array(axis, float) for axis in values["values"])
     values["index"] = np.array(values["index"], np.int64)
     return Grid(**values)
-
-
-def _described(robot: Robot) -> str:
-    """A robot as text, the same wherever its description came from."""
-    described = _plain(replace(robot.description, source="", written=None))
-    del described[
-        "written"
-    ]  # so that maps can be read that were stored before there was such a thing
-    return json.dumps(described)
-
-
-def _as_json(value: Any) -> str:
-    """A dataclass with all that is in it; numbers are written to the last digit."""
-    return json.dumps(_plain(value))
-
-
-def _plain(value: Any) -> Any:
-    if is_dataclass(value):
-        parts = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-        return {"type": type(value).__name__, **parts}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, dict):
-        return {str(name): _plain(part) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
-    return value

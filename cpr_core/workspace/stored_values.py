@@ -1,0 +1,92 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Values of stored maps as JSON, and whether what was stored is what there is now."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import MISSING, Field, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from ..model.robot import Robot
+
+__all__ = ["as_json", "is_robot", "is_same", "robot_as_json"]
+
+#: Of a description: where it came from, and what measures the robot. A map does not depend on them.
+_BESIDE = ("source", "written", "tracker")
+
+
+def as_json(value: Any) -> str:
+    """A dataclass with all that is in it; numbers are written to the last digit."""
+    return json.dumps(_plain(value))
+
+
+def robot_as_json(robot: Robot) -> str:
+    """A robot as text, the same wherever its description came from."""
+    described = _plain(robot.description)
+    return json.dumps({name: part for name, part in described.items() if name not in _BESIDE})
+
+
+def is_robot(robot: Robot, stored: str) -> bool:
+    """Whether a robot is the one that was stored."""
+    content = json.loads(stored)
+    return _same_fields(robot.description, content, _BESIDE)
+
+
+def is_same(value: Any, stored: str) -> bool:
+    """Whether a dataclass has in it what was stored."""
+    return _same(value, json.loads(stored))
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value):
+        parts = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        return {"type": type(value).__name__, **parts}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, dict):
+        return {str(name): _plain(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return value
+
+
+def _same(value: Any, stored: Any) -> bool:
+    """As numbers: a zero with another sign is the same."""
+    if is_dataclass(value):
+        return _same_fields(value, stored)
+    plain = _plain(value)
+    if isinstance(value, list | tuple) and isinstance(stored, list):
+        return len(value) == len(stored) and all(map(_same, value, stored))
+    if isinstance(value, dict) and isinstance(stored, dict):
+        named = {str(name): part for name, part in value.items()}
+        return named.keys() == stored.keys() and all(
+            _same(part, stored[name]) for name, part in named.items()
+        )
+    return bool(plain == stored)
+
+
+def _same_fields(value: Any, stored: Any, beside: tuple[str, ...] = ()) -> bool:
+    """What was not stored, as that version did not know it yet, has its default."""
+    if not isinstance(stored, dict) or stored.get("type") != type(value).__name__:
+        return False
+    known = {field.name: field for field in fields(value) if field.name not in beside}
+    if set(stored) - set(known) - {"type", *beside}:
+        return False
+    return all(
+        _same(getattr(value, name), stored[name])
+        if name in stored
+        else _has_default(field, getattr(value, name))
+        for name, field in known.items()
+    )
+
+
+def _has_default(field: Field[Any], value: Any) -> bool:
+    if field.default_factory is not MISSING:
+        return bool(_plain(value) == _plain(field.default_factory()))
+    return field.default is not MISSING and bool(_plain(value) == _plain(field.default))
