@@ -32,14 +32,15 @@ _HELD = 1e-14
 
 
 @on_one_blas_thread
-def fewest_modes(exact: Sequence[Equilibrium], budget: float) -> list[ModeCounts]:
+def fewest_modes(
+    exact: Sequence[Equilibrium], budget: float, bending: Sequence[int]
+) -> list[ModeCounts]:
     """The numbers of modes per rod with which no platform moves farther than a budget, to first order.
-
-    Every direction in which a rod bends keeps a mode at least.
 
     Args:
         exact: Equilibria of one robot that has more modes than it needs.
         budget: How far platforms may move [m].
+        bending: Fewest modes of every rod in every direction in which it bends, (rods,); one or more.
     """
     rods = list(exact[0].robot.numbers.rods)
     left = [list(rod.element.modes.counts) for rod in rods]
@@ -50,7 +51,7 @@ def fewest_modes(exact: Sequence[Equilibrium], budget: float) -> list[ModeCounts
             (truncated.moved_without(first[rod][direction] + count - 1), rod, direction)
             for rod, counts in enumerate(left)
             for direction, count in enumerate(counts)
-            if count > (1 if direction or rods[rod].element.uncoils[direction] else 0)
+            if count > (bending[rod] if direction else int(rods[rod].element.uncoils[direction]))
         ]
         allowed = [
             (_farthest(moved), rod, direction)

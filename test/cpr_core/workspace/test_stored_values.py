@@ -42,7 +42,9 @@ def test_no_shipped_robot_is_another_one():
 
 def test_every_kind_of_number_in_a_description_tells_robots_apart(robot):
     stored, kinds = robot_as_json(robot), parameter_kinds(robot)
-    scaled_away = re.compile(r"^tracker|\b(tangent|normal|axis|axes)\b")  # directions have no length
+    scaled_away = re.compile(
+        r"^tracker|\b(tangent|normal|axis|axes)\b"
+    )  # directions have no length
     mechanics = [path for path in kinds if not scaled_away.search(path)]
     assert len(mechanics) > 5
     for path in mechanics:
