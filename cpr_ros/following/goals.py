@@ -20,7 +20,16 @@ from cpr_core.validation import checked_vector
 
 from .pose_coordinates import pose_coordinates
 
-__all__ = ["SLACK", "Goal", "MotorGoal", "PoseGoal", "largest_way", "motor_steps", "whole"]
+__all__ = [
+    "SLACK",
+    "Goal",
+    "MotorGoal",
+    "MotorSetpoint",
+    "PoseGoal",
+    "largest_way",
+    "motor_steps",
+    "whole",
+]
 
 Floats = NDArray[np.float64]
 
@@ -102,6 +111,32 @@ class MotorGoal:
         """Forward problem at the motor positions on the way."""
         motors = self.at(start, fraction)
         return solve_forward(start.robot, motors, start=start, loads=loads, time_limit=time_limit)
+
+
+class MotorSetpoint(MotorGoal):
+    """Motor positions of which some came in one message and some in another.
+
+    Attributes:
+        since: Steady times at which the positions came, (n,) [s]; -inf: nobody asked for any, the motor
+            stays where it was then.
+    """
+
+    def __init__(
+        self, robot: Robot, motors: ArrayLike, since: Floats, where: str = "motors"
+    ) -> None:
+        """Take them as :class:`MotorGoal` does, with the times at which they came."""
+        super().__init__(robot, motors, where)
+        self.since = since
+
+    def expired(self, timeout: float, now: float) -> NDArray[np.bool_]:
+        """Which motors have a position of their own that is too old to be followed, (n,).
+
+        Args:
+            timeout: [s]; 0: none is.
+            now: Steady time [s].
+        """
+        old = now - self.since > timeout if timeout > 0.0 else np.zeros(len(self.since), bool)
+        return old & np.isfinite(self.since)
 
 
 class PoseGoal:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from cpr_core import Equilibrium, Loads, Robot, solve_home
 from cpr_core.model.assessment import MEASURES, Assessment
 
-from .goals import SLACK, Goal, MotorGoal, PoseGoal
+from .goals import SLACK, Goal, MotorGoal, MotorSetpoint, PoseGoal
 from .judged_steps import JudgedSteps
 from .motion_settings import ON_WAY_TO_MOTORS, Settings
 from .outcome import Outcome
@@ -29,7 +30,7 @@ from .supervision import Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
 
-__all__ = ["ARRIVED", "SetpointFollower"]
+__all__ = ["ARRIVED", "OtherMotors", "SetpointFollower"]
 
 Floats = NDArray[np.float64]
 
@@ -44,6 +45,20 @@ _NOWHERE = 1e-3
 SMALLEST_REACH = 1.0 / 64.0
 #: A goal nearer than this is reached [rad, rod lengths].
 ARRIVED = 1e-9
+
+
+class OtherMotors(NamedTuple):
+    """What motors do that a setpoint does not name.
+
+    Attributes:
+        positions: Where they go or stay, (n,) [rad or m].
+        since: Steady times at which these came, (n,) [s]; -inf: they stay.
+        left: Names of those that stop on their way, as their setpoint is too old.
+    """
+
+    positions: Floats
+    since: Floats
+    left: tuple[str, ...]
 
 
 class SetpointFollower:
@@ -118,12 +133,26 @@ class SetpointFollower:
         """Whether the setpoint is too old to be followed."""
         return self._ages and not self._returning and self.watchdog.stale(now)
 
-    def motor_setpoint(self, now: float) -> Floats | None:
-        """Motor positions that were asked for and still count, (n,) [rad or m]; None: none."""
+    def other_motors(self, current: Floats, now: float) -> OtherMotors:
+        """What motors do that a new setpoint does not name.
+
+        They keep setpoints of their own that are not too old, and stay where they are without: where
+        nothing asked for them, where a goal did that ends by this, or where their controller is gone.
+
+        Args:
+            current: Where the motors are, (n,) [rad or m].
+            now: Steady time [s].
+        """
         goal = self._goal
-        if not isinstance(goal, MotorGoal) or self._returning or self.stale(now):
-            return None
-        return goal.motors
+        if not isinstance(goal, MotorSetpoint) or self.stale(now):
+            return OtherMotors(current, np.full(len(current), -np.inf), ())
+        expired = goal.expired(self.watchdog.timeout, now)
+        left = expired & (np.abs(goal.motors - current) > ARRIVED * self.robot.motor_units)
+        return OtherMotors(
+            np.where(expired, current, goal.motors),
+            np.where(expired, -np.inf, goal.since),
+            tuple(name for name, gone in zip(self.robot.motor_names, left, strict=True) if gone),
+        )
 
     def arrived(self, current: Equilibrium) -> bool:
         """Whether an equilibrium is where the robot is sent."""

@@ -23,7 +23,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from cpr_core import CprError
 
-from ..following.goals import MotorGoal, PoseGoal
+from ..following.goals import MotorSetpoint, PoseGoal
 from ..following.trajectory_following import Ending
 from ..messages.command_message import CommandMessage
 from ..messages.conversions import (
@@ -144,17 +144,24 @@ class Inputs:
         return callback
 
     def _motor_setpoint(self, session: Session, message: JointState, now: float) -> None:
-        current = session.solver.current.equilibrium.motors
-        wanted = session.follower.motor_setpoint(now)
-        motors = motor_setpoint(session.robot, message, current if wanted is None else wanted)
-        session.follow(MotorGoal(session.robot, motors), now)
+        robot, current = session.robot, session.solver.current.equilibrium.motors
+        others = session.follower.other_motors(current, now)
+        motors = motor_setpoint(robot, message, others.positions)
+        since = others.since.copy()
+        since[[robot.motor_names.index(name) for name in message.name]] = now
+        session.follow(MotorSetpoint(robot, motors, since), now)
+        if left := [name for name in others.left if name not in message.name]:
+            self._node.get_logger().warning(
+                f"~/motor_setpoint: {', '.join(left)} stays where it is: its own setpoint is older "
+                f"than setpoint_timeout {session.follower.watchdog.timeout:g} s"
+            )
 
     def _commands(self, session: Session, message: bytes, now: float) -> None:
         count = session.robot.motor_count
         if count not in self._ready:
             self._ready[count] = CommandMessage(count)
         motors = self._ready[count].numbers(message)
-        session.follow(MotorGoal(session.robot, motors, "data"), now)
+        session.follow(MotorSetpoint(session.robot, motors, np.full(count, now), "data"), now)
 
     def _platform_setpoint(self, session: Session, message: bytes, now: float) -> None:
         frame, numbers = read_pose(message)

@@ -12,11 +12,14 @@ from helpers.closed_loop import DEFAULTS, FIXED, FRAMES
 from helpers.drive import robot, uncontrolled_robot
 from helpers.tracked_robots import tracked
 from rclpy.clock import Clock
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
 
 from cpr_core import solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_ros.closed_loop.pose_loop import Loop
+from cpr_ros.following.goals import MotorGoal
 from cpr_ros.following.supervision import State
 from cpr_ros.interface.first_measured import first_measured
 from cpr_ros.interface.inputs import Inputs
@@ -126,6 +129,58 @@ def test_motors_that_are_not_named_stay_where_they_are_if_their_setpoint_is_stal
     while listening.tick() != State.IDLE:
         assert listening.motors[1] == held[1]
     np.testing.assert_array_equal(listening.motors, held + [0.01, 0.0])
+
+
+@pytest.mark.parametrize("timeout", [0.0, 0.3])
+def test_a_motor_whose_controller_is_gone_stops_though_others_are_asked_for(timeout):
+    """Every setpoint kept all motors going; without a timeout nobody has asked for more."""
+    listening = Listening(robot("rfrfr"), setpoint_timeout=timeout, max_speed=0.5)
+    home, limit, ticks = listening.motors.copy(), listening.session.period * 0.5, 0
+    listening.hear_motors(motor1=home[0] + 1.0)  # once
+    while listening.now < 103.0:
+        if ticks % 10 == 0:
+            listening.hear_motors(motor2=home[1])
+        listening.tick()
+        ticks += 1
+    way = listening.motors[0] - home[0]
+    if timeout:
+        assert 0.3 * 0.5 - limit <= way <= (0.3 + 11 * listening.session.period) * 0.5
+        (warning,) = listening.warnings
+        assert "motor1 stays where it is: its own setpoint is older" in warning
+        assert "setpoint_timeout 0.3 s" in warning
+    else:
+        assert way == 1.0 and not listening.warnings
+    assert listening.motors[1] == pytest.approx(home[1], abs=1e-12)
+
+
+def test_setpoints_of_all_motors_count_for_each_of_them():
+    listening = Listening(robot("rfrfr"), setpoint_timeout=0.3, max_speed=0.5)
+    home = listening.motors.copy()
+    for count in range(150):
+        if count % 10 == 0:
+            asked = Float64MultiArray(data=[home[0] + 0.2, home[1]])
+            listening.hear("~/commands", serialize_message(asked))
+            listening.hear_motors(motor2=home[1] - 0.2)
+        listening.tick()
+    np.testing.assert_allclose(listening.motors, home + [0.2, -0.2], rtol=0, atol=1e-12)
+    assert not listening.warnings
+
+
+@pytest.mark.parametrize("ages", [True, False])
+def test_no_setpoint_goes_on_with_a_goal_that_it_ends(ages):
+    """Who is told that the goal is replaced takes the motors for held, and cannot cancel them."""
+    listening = Listening(robot("rfrfr"))
+    home, session = listening.motors.copy(), listening.session
+    goal = MotorGoal(session.robot, home + [0.3, 0.0])
+    session.follow(goal, listening.now, ages=ages)
+    for _ in range(5):
+        listening.tick()
+    held = listening.motors.copy()
+    assert home[0] < held[0] < home[0] + 0.3
+    listening.hear_motors(motor2=home[1] + 0.01)
+    while listening.tick() != State.IDLE:
+        pass
+    np.testing.assert_array_equal(listening.motors, [held[0], home[1] + 0.01])
 
 
 def test_motors_that_are_not_named_do_not_go_on_home():

@@ -119,6 +119,23 @@ def test_a_timeout_below_a_second_is_kept(drive):
         assert drive.set_parameters(setpoint_timeout=0.0, max_speed=4.0).successful
 
 
+def test_a_motor_stops_whose_controller_is_gone_while_another_one_goes_on(drive):
+    assert drive.set_parameters(setpoint_timeout=0.2, max_speed=0.05).successful
+    try:
+        drive.send_motors(HOME[0] + 0.3, names=["motor1"])
+        end = time.monotonic() + 1.5
+        while time.monotonic() < end:
+            drive.send_motors(HOME[1], names=["motor2"])
+            drive.spin(0.02)
+        drive.until(lambda: True)
+        held = drive.motors
+        assert HOME[0] < held[0] < HOME[0] + 0.05 * 1.0  # it had a second more to go on
+        drive.spin(0.3)
+        np.testing.assert_array_equal(drive.motors, held)
+    finally:
+        assert drive.set_parameters(setpoint_timeout=0.0, max_speed=4.0).successful
+
+
 FLOOD = """
 import cpr_ros, rclpy, time
 from sensor_msgs.msg import JointState
