@@ -183,8 +183,13 @@ class Whereabouts:
                     "to start with start_from:=home, where its motors have to be then"
                 )
             return
+        self._wait_for_others()  # one that is not found yet may say otherwise
         motors, instead = first_measured(
-            self._node, self._session.robot, _MEASURED_WAIT, lambda: self._stop.requested
+            self._node,
+            self._session.robot,
+            _MEASURED_WAIT,
+            lambda: self._stop.requested,
+            self._session.others.tolerance,
         )
         if motors is not None:
             self._node.get_logger().info(self.place(motors))
@@ -193,7 +198,8 @@ class Whereabouts:
             without = "" if self._lost else "start_from:=last or "
             raise CprError(
                 f"the robot is to start where it is measured, but no {MEASURED} with its motors "
-                f"({expected}) came in {_MEASURED_WAIT:g} s: {instead}. If nothing measures them, "
+                f"({expected}) that tells it came in {_MEASURED_WAIT:g} s: {instead}. If nothing "
+                "measures them, "
                 f"{without}start_from:=home begins without"
             )
 

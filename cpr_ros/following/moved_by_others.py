@@ -7,7 +7,7 @@ Somebody has moved them by hand, or through another controller, while nothing wa
 command would have sent them back at once. Or they stand still while commands go on, without power or
 jammed: the farther these are ahead, the farther they jump when they can. A measurement that is wrong
 once is neither: until others agree with it, it is a doubt, in which no command goes out and nothing
-ends.
+ends. Measurements that contradict each other again and again tell nothing of where the motors are.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from cpr_core import Robot
 from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import largest_way, motor_steps
+from .two_places import TwoPlaces, apart_in_words
 
 __all__ = ["SETTLING", "MovedByOthers"]
 
@@ -54,6 +55,7 @@ class MovedByOthers:
         self._max_speed, self._patience = math.inf, SETTLING
         self._commanded = self._set_off = -math.inf
         self._in_motion = self._waited_for = False  # when the way was measured
+        self._places = TwoPlaces(robot)
         self._resting: Floats | None = None
         self._resting_since = self._far_since = math.inf
 
@@ -123,6 +125,11 @@ class MovedByOthers:
         far = self._words()
         self._far_since = min(self._far_since, now) if far else math.inf
         self.away, self.doubt = "", ""
+        if commands is not None and self._tolerance > 0.0:
+            apart = self._places.take(measured, commands, self._tolerance, now)
+            if apart > 0.0:
+                self.away = apart_in_words(apart)
+                return False
         if self._in_motion and not stuck:
             return False
         if far and now - min(self._far_since, self._resting_since) >= _CERTAIN:

@@ -17,8 +17,9 @@ from sensor_msgs.msg import JointState
 
 from cpr_core import CprError, Robot
 
+from ..following.two_places import TwoPlaces, apart_in_words
 from ..messages.motor_messages import measured_motors
-from ..middleware.publishers import other_publisher_names, own_publishers
+from ..middleware.publishers import other_publisher_names, other_publishers, own_publishers
 
 __all__ = ["MEASURED", "FirstMeasured", "first_measured", "own_measured_topic"]
 
@@ -26,6 +27,8 @@ __all__ = ["MEASURED", "FirstMeasured", "first_measured", "own_measured_topic"]
 MEASURED = "measured_joint_states"
 #: How often it is looked whether a message has come [s].
 _LOOK = 0.02
+#: How long it is looked whether several publishers agree [s].
+_SEVERAL = 0.5
 #: Between two looks: others may say on the same topic, and much oftener, where their joints are.
 _QUEUE = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -51,9 +54,13 @@ def own_measured_topic(node: Node) -> str:
 
 
 def first_measured(
-    node: Node, robot: Robot, wait: float, given_up: Callable[[], bool]
+    node: Node,
+    robot: Robot,
+    wait: float,
+    given_up: Callable[[], bool],
+    tolerance: float = 0.0,
 ) -> FirstMeasured:
-    """Motors of the next message that has them all.
+    """Motors of the next message that has them all; of several publishers, if they agree.
 
     Waits without an executor, for a node that is about to become active.
 
@@ -62,12 +69,15 @@ def first_measured(
         robot: The robot.
         wait: How long to wait [s].
         given_up: Asked many times a second: whether to stop waiting.
+        tolerance: How far publishers may be apart [rad, rod lengths]; 0: as far as they like.
     """
     own = own_measured_topic(node)
     if own:
         return FirstMeasured(None, f"{MEASURED} is {own}, where the node itself publishes")
     joints, useless = dict[str, None](), ""
     subscription = node.create_subscription(JointState, MEASURED, lambda _: None, _QUEUE)
+    first: NDArray[np.float64] | None = None
+    places = TwoPlaces(robot, often=1)
     try:
         end = time.monotonic() + wait
         while time.monotonic() < end and not given_up():
@@ -77,15 +87,24 @@ def first_measured(
                 time.sleep(_LOOK)
                 continue
             try:
-                return FirstMeasured(measured_motors(robot, came[0]), "")
+                motors = measured_motors(robot, came[0])
             except CprError as error:
                 names = came[0].name
                 if names and set(names).isdisjoint(robot.motor_names):
                     joints.update(dict.fromkeys(names))
                 else:
                     useless = str(error)
+                continue
+            if first is None:
+                first, end = motors, time.monotonic() + _SEVERAL
+            if not tolerance or other_publishers(node, MEASURED) < 2:
+                break
+            if apart := places.take(motors, first, tolerance, time.monotonic()):
+                return FirstMeasured(None, f"{apart_in_words(apart)} {_publishers(node)}")
     finally:
         node.destroy_subscription(subscription)
+    if first is not None:
+        return FirstMeasured(first, "")
     return FirstMeasured(None, f"{_came(list(joints), useless)}; {_publishers(node)}")
 
 

@@ -4,6 +4,7 @@
 """What a node that is about to become active hears of its motors, over real DDS."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -44,8 +45,15 @@ class Arm:
         self._threads.append(threading.Thread(target=go_on))
         self._threads[-1].start()
 
-    def hear(self, wait):
-        return first_measured(self.node, robot("rfrfr"), wait, lambda: False)
+    def hear(self, wait, tolerance=0.1):
+        return first_measured(self.node, robot("rfrfr"), wait, lambda: False, tolerance)
+
+    def until_published(self, count):
+        """Wait until so many publishers are found."""
+        end = time.monotonic() + 20.0
+        while self.node.count_publishers(TOPIC) < count:
+            assert time.monotonic() < end
+            time.sleep(0.01)
 
     def close(self):
         self._over.set()
@@ -81,3 +89,30 @@ def test_what_came_instead_is_told(arm):
     assert motors is None
     assert instead.startswith("what came is of no use: name: expected every motor once (motor1,")
     assert instead.endswith("missing: motor2; published by /left/gripper")
+
+
+ELSEWHERE = JointState(name=["motor1", "motor2"], position=[3.1, 0.5])
+
+
+def test_publishers_that_contradict_each_other_tell_nothing(arm):
+    """The robot began where whichever came first had it, and jumped."""
+    arm.say(0.02, MOTORS)
+    arm.say(0.013, ELSEWHERE)
+    arm.until_published(2)
+    motors, instead = arm.hear(5.0)
+    assert motors is None
+    assert instead.startswith(
+        "the motors are measured in two places in turn, 0.5 (rad or rod lengths)"
+    )
+    assert instead.endswith("published by /left/gripper")
+    motors, instead = arm.hear(5.0, tolerance=0.6)
+    assert motors is not None and instead == ""
+
+
+def test_publishers_that_agree_are_heard(arm):
+    near = JointState(name=["motor1", "motor2"], position=[2.65, 0.5])
+    arm.say(0.02, MOTORS, GRIPPER)
+    arm.say(0.013, near)
+    arm.until_published(2)
+    motors, instead = arm.hear(5.0)
+    assert motors[0] in (2.6, 2.65) and instead == ""

@@ -251,3 +251,23 @@ def test_motors_in_motion_are_not_compared(bench):
     while bench.tick().state != State.IDLE:
         assert not session.take_measured(home.motors, bench.now)
     np.testing.assert_array_equal(bench.commands[-1], home.motors + [0.5, -0.5])
+
+
+def test_a_robot_that_is_measured_in_two_places_is_halted_and_sent_nowhere(bench):
+    """Half of what was measured agreed with the commands: none was told of the rest."""
+    home = bench.session.solver.current.equilibrium.motors
+    commanded(bench.session, home)
+    bench.session.follow(MotorGoal(bench.session.robot, home + 0.5), bench.now)
+    sent = 0
+    for number in range(200):
+        own = bench.session.commands.newest
+        assert not bench.session.take_measured(home - 0.3 if number % 2 else own, bench.now)
+        outcome = bench.tick()
+        if number == 20:
+            sent = len(bench.commands)
+    assert outcome.verdict.action == Action.HALT
+    assert "measured in two places in turn" in outcome.verdict.text
+    assert sent and len(bench.commands) == sent
+    assert bench.session.follower.goal is None
+    _, motors = bench.session.known_place
+    assert motors is None

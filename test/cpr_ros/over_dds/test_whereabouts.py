@@ -535,9 +535,8 @@ def test_a_node_that_is_to_start_measured_says_that_nothing_is(bench):
     bench.client.spin_until(lambda: bench.process.process.poll() is not None, timeout=240.0)
     assert bench.process.process.returncode == 1
     said = bench.process.output()
-    assert (
-        "no measured_joint_states with its motors (motor1, motor2) came in 5 s: no message " in said
-    )
+    expected = "no measured_joint_states with its motors (motor1, motor2) that tells it came in 5 s"
+    assert f"{expected}: no message " in said
     assert "nobody publishes it" in said
 
 

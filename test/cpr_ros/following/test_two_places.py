@@ -1,0 +1,90 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Motors that are measured in two places in turn, and what is none of it."""
+
+import itertools
+
+import numpy as np
+import pytest
+from helpers.drive import robot
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cpr_ros.following.moved_by_others import MovedByOthers
+from cpr_ros.following.two_places import TwoPlaces
+
+HOME, OTHER = np.array([2.6, 0.5]), np.array([2.6, 1.0])
+
+
+def said(rate, other_rate, seconds, own=lambda now: HOME):
+    """What comes of two publishers, one of them elsewhere: times and motors."""
+    times = [(k / rate, own(k / rate)) for k in range(int(rate * seconds))]
+    times += [((k + 0.5) / other_rate, OTHER) for k in range(int(other_rate * seconds))]
+    return sorted(times, key=lambda each: each[0])
+
+
+@pytest.mark.parametrize(("rate", "other"), [(50, 50), (100, 15), (15, 100), (200, 3), (5, 7)])
+def test_two_publishers_are_found_out_soon_and_as_long_as_there_are_two(rate, other):
+    places, found = TwoPlaces(robot("rfrfr")), []
+    for now, motors in said(rate, other, 6.0):
+        found.append((now, places.take(motors, HOME, 0.1, now)))
+    first = next(now for now, apart in found if apart)
+    assert first <= 4.5 / min(rate, other)
+    assert all(apart == 0.5 for now, apart in found if now >= first)
+    later = [places.take(HOME, HOME, 0.1, 6.0 + 0.1 * k) for k in range(1, 40)]
+    assert later[-1] == 0.0 and later == sorted(later, reverse=True)
+
+
+def test_they_are_found_out_in_motion_too():
+    places = TwoPlaces(robot("rfrfr"))
+    own = lambda now: HOME + [0.5 * now, -0.2 * now]  # noqa: E731
+    apart = [places.take(motors, own(now), 0.1, now) for now, motors in said(50, 50, 1.0, own)]
+    assert apart[20] > 0.4 and all(apart[20:])
+
+
+@pytest.mark.parametrize("wrong", [1, 2])
+def test_single_wrong_numbers_are_none_of_it(wrong):
+    places = TwoPlaces(robot("rfrfr"))
+    for k in range(300):
+        motors = OTHER if k in (100, 150)[:wrong] else HOME
+        assert places.take(motors, HOME, 0.1, 0.01 * k) == 0.0
+
+
+@given(
+    size=st.floats(0.05, 2.0),
+    speed=st.floats(0.1, 20.0),
+    rate=st.sampled_from([5.0, 20.0, 100.0]),
+    lag=st.floats(0.0, 0.03),
+)
+def test_no_way_that_motors_are_sent_is_one(size, speed, rate, lag):
+    """There and back, however fast and however seldom that is measured."""
+    places = TwoPlaces(robot("rfrfr"))
+    way = lambda now: HOME + [size * np.sin(speed * now), 0.0]  # noqa: E731
+    for k in range(100):
+        now = k / rate
+        if size * speed * lag < 0.2 * size:  # a motor that hardly follows is not where it is sent
+            assert places.take(way(now - lag), way(now), 0.1, now) == 0.0
+
+
+def test_hands_that_move_motors_slowly_are_none_of_it():
+    places, way = TwoPlaces(robot("rfrfr")), np.concatenate([np.linspace(0, 1, 40)] * 3)
+    for k, part in enumerate(itertools.chain(way, way[::-1])):
+        if part in (0.0, 1.0):
+            continue  # put back at once, it would be
+        assert places.take(HOME + [part, 0.0], HOME, 0.1, 0.05 * k) == 0.0
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.6, 0.0])
+def test_nothing_is_believed_of_motors_that_are_measured_in_two_places(tolerance):
+    others, words = MovedByOthers(robot("rfrfr"), tolerance), set()
+    for now, motors in said(100, 15, 3.0):
+        assert not others.take(motors, HOME, 10.0 + now)
+        words.add(others.away)
+    if tolerance == 0.1:
+        assert any(
+            "in two places in turn, 0.5 (rad or rod lengths) apart" in each for each in words
+        )
+        assert "in two places" in others.away and others.in_question
+    else:
+        assert words == {""}
