@@ -29,11 +29,12 @@ import zlib
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import CprError, Equilibrium, Loads, Robot, restore_equilibrium
+from cpr_core import CprError, Equilibrium, Robot, restore_equilibrium
 
 __all__ = ["KeptState", "LastState", "link_to_nowhere", "state_folder"]
 
@@ -46,6 +47,8 @@ _HEADER, _CHECKSUM = struct.Struct("=16s32s32sQ"), struct.Struct("=I")
 _HEADER_SIZE = _HEADER.size + _CHECKSUM.size
 #: Before the numbers of a slot: which turn they are of, and a checksum.
 _SLOT = struct.Struct("=QI")
+#: What requests and messages change of the loads, and how many numbers each has.
+_LOADS = {"gravity": 3, "wrench_world": 6, "wrench_body": 6}
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,14 +180,8 @@ class KeptState:
         """
         if commands is None:
             commands = np.full(self._robot.motor_count, np.nan)
-        loads = equilibrium.loads
-        parts = (
-            equilibrium.configuration,
-            loads.gravity,
-            loads.wrench_world,
-            loads.wrench_body,
-            commands,
-        )
+        loads = [getattr(equilibrium.loads, name) for name in _LOADS]
+        parts = [equilibrium.configuration, *loads, commands]
         self._turn += 1
         slot = self._layout.slot(self._turn, b"".join([part.tobytes() for part in parts]))
         place = _HEADER_SIZE + (self._turn % 2) * len(slot)
@@ -237,19 +234,24 @@ class KeptState:
             raise CprError(
                 "the motors were measured where no equilibrium explained them, or others had moved them"
             )
-        robot, size = self._robot, self._robot.state_size
-        ends = np.cumsum([size, 9, 3, 3, 6, 6])
-        state, rotation, position, gravity, world, body, commands = np.split(numbers, ends)
+        robot, sizes = self._robot, _sizes(self._robot)
+        ends = np.cumsum([*sizes.values()])[:-1]
+        parts = dict(zip(sizes, np.split(numbers, ends), strict=True))
+        state, default = parts["state"], robot.default_loads
+        changed: dict[str, Any] = {name: parts[name] for name in _LOADS}
+        loads = default.with_(**changed)
         equilibrium = restore_equilibrium(
             robot,
-            _loads(robot, gravity, world, body),
+            loads
+            if loads.differences(default)
+            else default,  # that of the description is one object
             state[robot.motor_indices],
             state[robot.elastic_indices],
             state[robot.multiplier_indices],
-            rotation.reshape(3, 3),
-            position,
+            parts["platform_rotation"].reshape(3, 3),
+            parts["platform_position"],
         )
-        return LastState(equilibrium, np.array(commands))
+        return LastState(equilibrium, np.array(parts["commands"]))
 
     def last_commands(self) -> Floats | None:
         """The last motor commands, (n,) [rad or m], whatever the equilibrium; None: not known."""
@@ -306,9 +308,15 @@ class _Layout:
         return _SLOT.pack(turn, checksum) + numbers
 
 
+def _sizes(robot: Robot) -> dict[str, int]:
+    """The numbers of a slot in their order; the first three are the configuration of an equilibrium."""
+    configuration = {"state": robot.state_size, "platform_rotation": 9, "platform_position": 3}
+    return configuration | _LOADS | {"commands": robot.motor_count}
+
+
 def _layout_of(robot: Robot) -> _Layout:
     """The layout of the file of a robot."""
-    count = robot.state_size + 27 + robot.motor_count
+    count = sum(_sizes(robot).values())
     header = _HEADER.pack(_MAGIC, _fingerprint(robot), _fingerprint_of_motors(robot), count)
     return _Layout(header + _CHECKSUM.pack(zlib.crc32(header)))
 
@@ -413,10 +421,3 @@ def _fingerprint(robot: Robot) -> bytes:
 def _fingerprint_of_motors(robot: Robot) -> bytes:
     """What tells the motors of a robot from those of others, whatever else is said of it."""
     return hashlib.sha256(f"{robot.description.name}\0{robot.motor_list}".encode()).digest()
-
-
-def _loads(robot: Robot, gravity: Floats, world: Floats, body: Floats) -> Loads:
-    """Loads as they were; the object of the description if they are its own."""
-    default = robot.default_loads
-    kept = default.with_(gravity=gravity, wrench_world=world, wrench_body=body)
-    return kept if kept.differences(default) else default

@@ -59,6 +59,22 @@ def test_what_was_kept_is_there_again_to_the_last_digit(file):
         assert loads is not None or last.equilibrium.loads is ROBOT.default_loads
 
 
+def test_every_load_that_a_request_or_a_message_can_change_is_kept(file):
+    kept, home = KeptState(file, ROBOT), solve_home(ROBOT)
+    for name, value in (
+        ("gravity", [0.1, -0.2, 0.0]),
+        ("wrench_world", [0, 0, 0, 0.3, -0.2, 0]),
+        ("wrench_body", [0, 0, 0, 0.1, 0.2, 0]),
+    ):
+        loads = ROBOT.default_loads.with_(**{name: value})
+        found = solve_forward(ROBOT, home.motors, loads=loads)
+        kept.keep(found, found.motors)
+        last = kept.last().equilibrium
+        assert last.loads.differences(ROBOT.default_loads) == (name,)
+        assert last.loads.differences(loads) == ()
+    kept.close()
+
+
 def test_a_robot_that_was_lost_is_nowhere_until_it_is_found_again(file):
     """Its last equilibrium is not where its motors are: commands would begin there."""
     kept, found = KeptState(file, ROBOT), at(0.4)
