@@ -162,6 +162,9 @@ def _map_of(
             values.reshape(grid.size, *values.shape[len(grid.shape) :]),
             dtype=float if values.dtype.kind == "f" else np.int64,
         )
+    for name in ("state", "platform_rotation", "platform_position"):
+        if not np.isfinite(whole[name][whole["order"] >= 0]).all():
+            raise ValueError(f"{name} of a cell that was reached is not finite")
     kinds = [kind for kind in _KINDS if kind in attributes["border_kinds"].split()]
     return WorkspaceMap(
         robot=robot,

@@ -236,11 +236,14 @@ class WorkspaceMap:
             cell: Flat number.
 
         Raises:
-            InvalidRequest: No cell, or one that was not reached.
+            InvalidRequest: No cell, one that was not reached, or one that a damaged file has spoilt.
         """
         if not self.reached[self._checked(cell)]:
             raise InvalidRequest("cell", f"expected a cell that was reached, got {cell}")
-        return equilibrium_of(self.robot, self.loads, self.cells, cell)
+        found = equilibrium_of(self.robot, self.loads, self.cells, cell)
+        if not found.converged:
+            raise InvalidRequest("cell", f"the map is damaged: cell {cell} is no equilibrium")
+        return found
 
     def _checked(self, cell: int) -> int:
         return checked_count("cell", cell, 0, self.grid.size - 1)

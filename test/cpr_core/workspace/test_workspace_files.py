@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from helpers.branches import stable_elsewhere
 from helpers.workspace_cases import assert_same, rfrfr, six_rfs, small_grid, small_map
+from scipy.io import netcdf_file
 
 from cpr_core import InvalidRequest, NoInverseSolution, solve_inverse
 from cpr_core.workspace import map_workspace, pose_grid
@@ -251,6 +252,25 @@ def test_damaged_files_are_refused_or_read_never_something_else(tmp_path):
             assert error.argument == "file"
             refused += 1
     assert refused > 50
+
+
+@pytest.mark.parametrize("change", [0.01, 300.0, np.nan])
+def test_cells_that_are_no_equilibria_any_more_are_told(tmp_path, change):
+    """One was handed out, and who went on from it met an error without a word."""
+    file, cell = tmp_path / "map.nc", int(np.flatnonzero(small_map().reached)[3])
+    write_map(small_map(), file)
+    with netcdf_file(file, "a", mmap=False) as content:
+        state = np.array(content.variables["state"][:])
+        state.reshape(small_map().grid.size, -1)[cell, 0] += change
+        content.variables["state"][:] = state
+    if np.isnan(change):
+        with pytest.raises(InvalidRequest, match=r"damaged.*state of a cell that was reached"):
+            read_map(file, rfrfr())
+        return
+    found = read_map(file, rfrfr())
+    with pytest.raises(InvalidRequest, match=f"damaged: cell {cell} is no equilibrium"):
+        found.equilibrium(cell)
+    assert found.equilibrium(int(np.flatnonzero(found.reached)[0])).converged
 
 
 def test_maps_of_something_else_are_not_gone_on_with(tmp_path):
