@@ -17,6 +17,7 @@ from ..model.configurations import SAME_EQUILIBRIUM
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..validation import checked_word
+from .held_walks import self_motions
 
 __all__ = [
     "OBJECTIVES",
@@ -85,11 +86,11 @@ class LeastMotion:
 
     def value(self, equilibrium: Equilibrium) -> float:
         """Half the square of the way."""
-        return 0.5 * float(np.sum(self._way(equilibrium) ** 2))
+        return 0.5 * float(np.sum(_way(equilibrium, self.motors) ** 2))
 
     def slope(self, equilibrium: Equilibrium, directions: Floats, probe: Probe) -> Floats:
         """The way, along the directions."""
-        return self._way(equilibrium) @ directions
+        return _way(equilibrium, self.motors) @ directions
 
     def curvature(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
         """Of straight ways."""
@@ -99,40 +100,58 @@ class LeastMotion:
         motors = ", ".join(f"{motor!r}" for motor in self.motors.tolist())
         return f"{self.name} from motors ({motors})"
 
-    def _way(self, equilibrium: Equilibrium) -> Floats:
-        return np.asarray((equilibrium.motors - self.motors) / equilibrium.robot.motor_units)
-
 
 @dataclass(frozen=True, eq=False)
 class LeastEffort:
-    """The sum of squares of the efforts is least, torques in E J / l and forces in E J / l^2."""
+    """The sum of squares of the efforts is least, torques in E J / l and forces in E J / l^2.
 
+    Along self-motions that change no effort, as of a coarse and a fine motor about one axis, all is
+    equally little: what rounding leaves there is no slope, and the motors move as little as possible.
+
+    Attributes:
+        motors: Where they move from, (n,) [rad or m].
+    """
+
+    motors: Floats
     name: ClassVar[ObjectiveName] = "least_effort"
     tolerance: ClassVar[float] = 1e-9
     same: ClassVar[float] = SAME_EQUILIBRIUM
 
+    #: Changes of the efforts by less of what the motors' motions change them by are rounding.
+    _ROUNDING: ClassVar[float] = 1e-9
+
     def value(self, equilibrium: Equilibrium) -> float:
-        """Half the sum of squares."""
-        return 0.5 * float(np.sum((equilibrium.efforts * _per_effort(equilibrium)) ** 2))
+        """Half the sum of squares, and that of the way along what changes no effort."""
+        efforts = equilibrium.efforts * _per_effort(equilibrium)
+        directions = self_motions(kinemato_statics(equilibrium))
+        idle = self._sensitivity(equilibrium, directions)[1]
+        way = _way(equilibrium, self.motors) @ directions @ idle.T
+        return 0.5 * float(np.sum(efforts**2) + np.sum(way**2))
 
     def slope(self, equilibrium: Equilibrium, directions: Floats, probe: Probe) -> Floats:
-        """By the effort sensitivity."""
+        """By the effort sensitivity; the way along what changes no effort."""
         efforts = equilibrium.efforts * _per_effort(equilibrium)
-        return np.asarray(efforts @ self._sensitivity(equilibrium, directions))
+        sensitivity, idle = self._sensitivity(equilibrium, directions)
+        way = _way(equilibrium, self.motors) @ directions
+        return np.asarray(efforts @ sensitivity + way @ idle.T @ idle)
 
     def curvature(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
-        """As if the sensitivity stayed (Gauss-Newton)."""
-        sensitivity = self._sensitivity(equilibrium, directions)
+        """As if the sensitivity stayed (Gauss-Newton); of straight ways along what changes no effort."""
+        sensitivity, idle = self._sensitivity(equilibrium, directions)
         found = sensitivity.T @ sensitivity
-        return np.asarray(found + 1e-9 * np.trace(found) * np.eye(len(found)))
+        return np.asarray(found + 1e-9 * np.trace(found) * np.eye(len(found)) + idle.T @ idle)
 
     def __str__(self) -> str:
         return self.name
 
-    def _sensitivity(self, equilibrium: Equilibrium, directions: Floats) -> Floats:
-        moved = equilibrium.robot.motor_units[:, None] * directions
-        efforts = kinemato_statics(equilibrium).efforts_by_motors @ moved
-        return np.asarray(_per_effort(equilibrium)[:, None] * efforts)
+    def _sensitivity(self, equilibrium: Equilibrium, directions: Floats) -> tuple[Floats, Floats]:
+        """Change of the efforts along self-motions, (n, r), and those that change none, rows of r."""
+        by_motors = kinemato_statics(equilibrium).efforts_by_motors * equilibrium.robot.motor_units
+        by_motors = _per_effort(equilibrium)[:, None] * by_motors
+        found = by_motors @ directions
+        _, changes, motions = np.linalg.svd(found)
+        idle = motions[changes < self._ROUNDING * max(1.0, float(np.linalg.norm(by_motors)))]
+        return np.asarray(found - found @ idle.T @ idle), np.asarray(idle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +206,7 @@ def objective_of(start: Equilibrium, problem: str, name: str | None) -> Objectiv
         checked_word("objective", name, OBJECTIVES)
     if problem == "pose" and start.robot.redundancy > 0:
         if name == "least_effort":
-            return LeastEffort()
+            return LeastEffort(start.motors)
         return GreatestMargin() if name == "greatest_margin" else LeastMotion(start.motors)
     if name is not None:
         robot = start.robot.description.name
@@ -198,6 +217,11 @@ def objective_of(start: Equilibrium, problem: str, name: str | None) -> Objectiv
         )
         raise InvalidRequest("objective", f"expected none: {reason}, got {name!r}")
     return None
+
+
+def _way(equilibrium: Equilibrium, motors: Floats) -> Floats:
+    """Of the motors from where they were, dimensionless, (n,)."""
+    return np.asarray((equilibrium.motors - motors) / equilibrium.robot.motor_units)
 
 
 def _per_effort(equilibrium: Equilibrium) -> Floats:

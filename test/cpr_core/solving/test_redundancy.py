@@ -149,6 +149,45 @@ def test_objectives_differ_and_each_is_best_at_its_own(robot):
         assert all(value > values[name] for other, value in values.items() if other != name)
 
 
+def with_fine_motor(name):
+    """A shipped robot without limits, a fine motor after the first one, about the same axis."""
+    content = yaml_content(shipped_robots()[name].read_text())
+    for leg in content["legs"]:
+        leg["chain"][0].pop("limits", None)
+    chain = content["legs"][0]["chain"]
+    chain.insert(1, {**chain[0], "motor": "fine"})
+    content["home"]["motors"].insert(1, 0.0)
+    return load_robot(content)
+
+
+def test_motors_that_change_no_effort_stay_where_least_motion_has_them_along_a_way():
+    """The one against the other changes nothing: rounding decided, and they went many turns."""
+    robot = with_fine_motor("three_rfr_hubs")
+    home = last = solve_home(robot)
+    for way in np.linspace(0.0, 1.0, 5):
+        pose = home.pose + way * np.array([0.03, -0.02, 0.05])
+        least = solve_inverse(robot, pose, start=last)
+        last = solve_inverse(robot, pose, start=last, objective="least_effort")
+        np.testing.assert_allclose(last.motors, least.motors, rtol=0.0, atol=1e-7)
+    far = solve_inverse(robot, pose, objective="least_effort")
+    np.testing.assert_allclose(far.motors, last.motors, rtol=0.0, atol=1e-6)
+
+
+def test_efforts_are_least_beside_motors_that_change_none():
+    """Two motors too many: along the one self-motion that changes efforts they are stationary."""
+    plain, robot = without_limits(), with_fine_motor("four_rfr")
+    assert robot.redundancy == 2
+    home = solve_home(robot)
+    found = solve_inverse(robot, home.pose + TARGET, objective="least_effort")
+    way = found.motors - home.motors
+    assert way[0] == pytest.approx(way[1], abs=1e-7) and way[0] != pytest.approx(0.0, abs=1e-3)
+    one = solve_forward(plain, [found.motors[0] + found.motors[1], *found.motors[2:]])
+    model = kinemato_statics(one)
+    slope = model.efforts_by_motors.T @ (one.efforts * [2.0, 1.0, 1.0, 1.0]) @ model.self_motions
+    least = model.efforts_by_motors.T @ one.efforts @ model.self_motions
+    assert np.abs(slope).max() < 1e-7 < np.abs(least).max()
+
+
 def test_least_motion_is_the_default_and_starts_where_it_is_told(robot):
     home, pose = solve_home(robot), moved(robot)
     found = solve_inverse(robot, pose)
