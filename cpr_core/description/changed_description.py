@@ -68,7 +68,7 @@ def parameter_values(description: RobotDescription, paths: str | Sequence[str]) 
 
     Raises:
         UnknownParameter: There is no such number.
-        InvalidRequest: What is there is no number, or not the same in all legs.
+        InvalidRequest: What is there is no number, or not the same in all of its legs.
     """
     return np.array([parameter.value for parameter in named_parameters(description, paths)])
 

@@ -3,14 +3,16 @@
 
 """Numbers of a description by their path in it, as its author writes them.
 
-``rod.young_modulus``, ``legs[2].chain[0].offset``, ``legs[*].tip.position[2]``: what can be written can
-be named, for it is looked up in the fields themselves; a default counts as if it were written.
+``rod.young_modulus``, ``legs[2].chain[0].offset``, ``legs[0,1].chain[0].offset`` of two legs,
+``legs[*].tip.position[2]`` of all: what can be written can be named, for it is looked up in the fields
+themselves; a default counts as if it were written.
 """
 
 from __future__ import annotations
 
 import copy
 import difflib
+import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,8 +38,10 @@ __all__ = [
 Key = str | int
 Place = tuple[Key, ...]
 
-_PATH = re.compile(r"[^\s.\[\]]+(\[(\d+|\*)\])*(\.[^\s.\[\]]+(\[(\d+|\*)\])*)*\Z")
-_KEY = re.compile(r"\[(\d+|\*)\]|([^\s.\[\]]+)")
+#: A field, and entries of what is in it: one, several, or all.
+_FIELD = r"[^\s.\[\]]+(\[(\d+(,\d+)*|\*)\])*"
+_PATH = re.compile(rf"{_FIELD}(\.{_FIELD})*\Z")
+_KEY = re.compile(r"\[([\d,]+|\*)\]|([^\s.\[\]]+)")
 #: Numbers below these fields are choices of the discretisation.
 _DISCRETISATION = "strain"
 _EVERY = "*"
@@ -48,7 +52,8 @@ class Parameter:
     """A number of a description, or the same one in several places.
 
     Attributes:
-        path: Its path, with ``[*]`` for every entry of a list that has such a number.
+        path: Its path, with ``[0,1]`` for these entries of a list, ``[*]`` for every one that has such a
+            number.
         places: Where it is in the fields.
         values: What it is there, in SI units.
         sizes: How large it is there: of an entry of a vector how large the vector is.
@@ -99,21 +104,37 @@ def named_parameter(written: WrittenFields, path: str) -> Parameter:
     """The parameter a path names.
 
     Raises:
-        UnknownParameter: There is no such number; tells the nearest.
-        InvalidRequest: Not a path, or what is there is no number that can be changed.
+        UnknownParameter: There is no such number, or an entry that is named has none; tells the nearest.
+        InvalidRequest: Not a path, an entry is named twice, or what is there cannot be changed.
     """
     if not isinstance(path, str) or not _PATH.match(path):
         raise InvalidRequest("parameters", f"expected a path such as rod.length, got {path!r:.200}")
-    keys = [
-        name or (index if index == _EVERY else int(index)) for index, name in _KEY.findall(path)
-    ]
-    found = list(_found(written, (), keys))
-    if not found:
-        raise _unknown(written, path)
+    keys = [(name,) if name else _entries(path, index) for index, name in _KEY.findall(path)]
+    found = list[tuple[Place, Any, float]]()
+    for single in itertools.product(*keys):
+        here = list(_found(written, (), single))
+        if not here:
+            raise _unknown(written, _path_of(single))
+        found += here
     for place, value, _ in found:
         _check(_path_of(place), value, place)
     places, values, sizes = zip(*found, strict=True)
     return Parameter(path, places, tuple(map(float, values)), sizes)
+
+
+def _entries(path: str, index: str) -> tuple[Key, ...]:
+    """Keys of what stands between brackets.
+
+    Raises:
+        InvalidRequest: A number stands there twice.
+    """
+    if index == _EVERY:
+        return (_EVERY,)
+    numbers = tuple(map(int, index.split(",")))
+    for place, number in enumerate(numbers):
+        if number in numbers[:place]:
+            raise InvalidRequest("parameters", f"{path}: entry {number} is named twice")
+    return numbers
 
 
 def _check(path: str, value: Any, place: Place) -> None:
@@ -183,7 +204,8 @@ def _path_of(place: Place) -> str:
     """Place as a path."""
     path = ""
     for key in place:
-        path += f"[{key}]" if isinstance(key, int) else ("." if path else "") + key
+        entry = isinstance(key, int) or key == _EVERY
+        path += f"[{key}]" if entry else ("." if path else "") + str(key)
     return path
 
 

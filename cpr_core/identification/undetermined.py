@@ -152,7 +152,7 @@ def _place(path: str) -> bool:
 
     Where they are as large as each other those look like products and ratios, to first order.
     """
-    return re.search(r"(position|rotation_vector|offset)(\[[0-9*]+\])*\Z", path) is not None
+    return re.search(r"(position|rotation_vector|offset)(\[[0-9,*]+\])*\Z", path) is not None
 
 
 def _in_words(change: Floats, paths: Sequence[str], values: Floats) -> str:

@@ -129,11 +129,12 @@ class Robot:
 
         Args:
             paths: Where they are in the description, such as ``rod.young_modulus``,
-                ``legs[2].base.position[1]`` or, for the same in all legs, ``legs[*].motor.offset``.
+                ``legs[2].base.position[1]`` or, for the same in two legs or in all,
+                ``legs[0,1].motor.offset``, ``legs[*].motor.offset``.
 
         Raises:
             UnknownParameter: There is no such number.
-            InvalidRequest: What is there is no number, or not the same in all legs.
+            InvalidRequest: What is there is no number, or not the same in all of its legs.
         """
         return parameter_values(self.description, paths)
 

@@ -46,7 +46,8 @@ class ParameterDerivatives(ReadOnlyArrays):
 
     Attributes:
         problem: What is held: ``motors``, ``pose`` or ``efforts``.
-        parameters: Paths of the parameters. One with ``[*]`` stands for the same change in all places.
+        parameters: Paths of the parameters. One with ``[*]`` or ``[0,1]`` stands for the
+            same change in all its places.
         position: Of the platform origin in the world, (3, P) [m].
         rotation: Of the platform as a rotation vector in the world, (3, P) [rad].
         twist_body: Both as a twist in the axes of the platform, rotation first, (6, P) [rad, m]: as

@@ -391,3 +391,20 @@ def test_options_with_several_values_may_be_given_several_times(capsys):
     told = json.loads(text)
     assert list(told["standard_deviations"]) == list(PATHS)
     assert (told["robot"], told["motor_names"]) == ("rfrfr", ["motor1", "motor2"])
+
+
+def test_the_zero_of_a_motor_that_moves_two_legs_is_one_parameter(capsys, tmp_path):
+    data, out = tmp_path / "data.csv", tmp_path / "new.yaml"
+    cranks = [f"legs[{leg},{leg + 1}].chain[0].offset" for leg in (0, 2, 4)]
+    common = ("--parameters", *cranks, "--deviations", "position=5e-4")
+    measure = ("measure", "delta", "--count", 4, "--reach", 0.2, *common, "--out", data)
+    assert run(capsys, *measure)[0] == 0
+    without_rotation(data)
+    options = ("--bound", cranks[0], -0.1, 0.1, "--despite-warnings", "--out", out, "--json")
+    status, text, _ = run(capsys, "calibrate", "delta", data, *common, *options)
+    assert status == 0 and list(json.loads(text)["parameters"]) == cranks
+    legs = [f"legs[{leg}].chain[0].offset" for leg in range(6)]
+    assert cpr_core.load_robot(out).parameter_values(legs) == pytest.approx([0.0] * 6, abs=1e-6)
+    twice = ("--parameters", "legs[1,1].chain[0].offset", "--deviations", DEVIATION)
+    status, _, error = run(capsys, "calibrate", "delta", data, *twice)
+    assert (status, "entry 1 is named twice" in error) == (2, True)

@@ -184,6 +184,25 @@ def test_a_wildcard_is_every_leg():
         robot.parameter_values("legs[*].base.position[0]")
 
 
+@pytest.mark.parametrize("legs", ["0,1", "1,0"])
+def test_several_legs_are_one_number(legs):
+    """As of a motor that moves two legs, whose zero stands in both."""
+    robot = load_robot("delta")
+    changed = robot.with_parameters({f"legs[{legs}].chain[0].offset": 0.1})
+    zeros = [leg.chain[0].zero for leg in changed.description.legs]
+    assert zeros == [0.1, 0.1, 0.0, 0.0, 0.0, 0.0]
+    assert changed.parameter_values(f"legs[{legs}].chain[0].offset") == [0.1]
+    assert changed.parameter_values("legs[2,3,5].chain[*].offset") == [0.0]
+    assert robot.parameter_values(f"legs[{legs}].tip.position[2]") == [0.0]
+    assert robot.parameter_values("gravity[0,1]") == [0.0]
+    with pytest.raises(InvalidRequest, match=r"no single value: 0\.1, 0; name the places"):
+        changed.parameter_values("legs[1,2].chain[0].offset")
+    with pytest.raises(InvalidRequest, match=r"legs\[1\]\.chain\[0\]\.offset is given two values"):
+        robot.with_parameters(
+            {f"legs[{legs}].chain[0].offset": 0.1, "legs[1].chain[0].offset": 0.2}
+        )
+
+
 def test_nothing_of_the_first_robot_changes():
     content = yaml.safe_load(SIX_RFS)
     before = copy.deepcopy(content)
@@ -267,6 +286,11 @@ HOSTILE_PATHS = [
     ("rod.youngs_modulus", UnknownParameter, "did you mean rod.young_modulus"),
     ("legs[6].tip.position[0]", UnknownParameter, r"did you mean legs\[\d\].tip.position\[0\]"),
     ("legs[*].tip.positio[0]", UnknownParameter, r"did you mean legs\[0\].tip.position\[0\]"),
+    ("legs[0,6].tip.position[0]", UnknownParameter, r"no number legs\[6\].tip.position\[0\]; did"),
+    ("legs[6,*].tip.position[0]", InvalidRequest, "expected a path"),
+    ("legs[0,].tip.position[0]", InvalidRequest, "expected a path"),
+    ("legs[0:2].tip.position[0]", InvalidRequest, "expected a path"),
+    ("legs[1,3,1].tip.position[0]", InvalidRequest, r"tip.position\[0\]: entry 1 is named twice"),
     ("legs[0].tip.position[3]", UnknownParameter, "no number"),
     ("legs[0].rod.length", UnknownParameter, "did you mean rod.length"),
     ("zzzzzzzzzz", UnknownParameter, "no number zzzzzzzzzz$"),
@@ -368,9 +392,17 @@ def test_a_range_without_anything_in_it_is_refused(range_):
         load_robot(text)
 
 
-@pytest.mark.parametrize("path", ["rod.length", "legs[1].base.position[0]", "legs[*].motor.offset"])
+@pytest.mark.parametrize(
+    ("path", "legs"),
+    [
+        ("rod.length", None),
+        ("legs[1].base.position[0]", 1),
+        ("legs[0,1].motor.offset", 2),
+        ("legs[*].motor.offset", None),
+    ],
+)
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "gough_stewart"])
-def test_what_is_shifted_is_what_is_written(name, path):
+def test_what_is_shifted_is_what_is_written(name, path, legs):
     """Legs that a number is not of are not read again where it is shifted."""
     robot = load_robot(name)
     (parameter,) = named_parameters(robot.description, path)
@@ -388,4 +420,4 @@ def test_what_is_shifted_is_what_is_written(name, path):
         path: repr(value) for path, value in expected.items()
     }
     kept = [leg in robot.description.legs for leg in beside.description.legs]
-    assert sum(kept) == (len(kept) - 1 if path.startswith("legs[1]") else 0)
+    assert sum(kept) == (0 if legs is None else len(kept) - legs)

@@ -122,6 +122,30 @@ def test_the_answer_does_not_depend_on_where_the_descent_begins():
     assert first.covariance == pytest.approx(covariance, rel=1e-6)
 
 
+def test_the_zeros_of_motors_that_move_two_legs_are_as_exact_as_there_are_motors():
+    """A zero for each leg is told less of: the covariance of the three follows from that of the six."""
+    robot = cpr_core.load_robot("delta")
+    legs = tuple(f"legs[{leg}].chain[0].offset" for leg in range(6))
+    cranks = tuple(f"legs[{leg},{leg + 1}].chain[0].offset" for leg in (0, 2, 4))
+    zeros = (0.01, -0.008, 0.004)
+    truth = robot.with_parameters(dict(zip(cranks, zeros, strict=True)))
+    rows = measured(equilibria(truth, cpr_core.solve_home(robot)), seed=3)
+    rows = [replace(row, quaternion_wxyz=None) for row in rows]
+    deviations = StandardDeviations(position=DEVIATIONS.position)
+    of_legs = calibrate(robot, rows, legs, deviations)
+    of_cranks = calibrate(robot, rows, cranks, deviations)
+    both = np.kron(np.eye(3), [[1.0], [1.0]])
+    told = np.linalg.inv(of_legs.covariance)
+    covariance = np.linalg.inv(both.T @ told @ both)
+    np.testing.assert_allclose(
+        of_cranks.standard_deviations, np.sqrt(np.diag(covariance)), rtol=1e-2
+    )
+    assert of_legs.standard_deviations.min() > 5.0 * of_cranks.standard_deviations.max()
+    assert np.all(np.abs(of_cranks.values - zeros) < 3.0 * of_cranks.standard_deviations)
+    assert of_cranks.robot.parameter_values(legs) == pytest.approx(np.repeat(of_cranks.values, 2))
+    assert of_cranks.undetermined == () and of_cranks.doubts == ()
+
+
 def test_a_robust_loss_bears_gross_outliers(robot, loaded):
     rows = measured(loaded, seed=7)
     rows[11] = replace(rows[11], position=rows[11].position + [0.1, -0.2, 0.05])

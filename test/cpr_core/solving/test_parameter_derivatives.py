@@ -156,6 +156,23 @@ def test_a_wildcard_is_the_sum_over_the_legs():
             assert_allclose(getattr(every, name), expected, rtol=1e-8, atol=1e-9)
 
 
+def test_several_legs_are_the_sum_over_these():
+    """The zero of a crank that moves two legs is its motor."""
+    equilibrium = equilibrium_of("delta")
+    single = [f"legs[{leg}].chain[0].offset" for leg in range(6)]
+    cranks = [f"legs[{leg},{leg + 1}].chain[0].offset" for leg in (0, 2, 4)]
+    for problem in problems_of("delta"):
+        found = derivatives(equilibrium, cranks, problem=problem)
+        parts = derivatives(equilibrium, single, problem=problem)
+        assert found.parameters == tuple(cranks)
+        for name in STATE:
+            expected = getattr(parts, name).reshape(-1, 3, 2).sum(axis=2)
+            assert_allclose(getattr(found, name), expected, rtol=1e-7, atol=1e-8)
+    by_motor = kinemato_statics(equilibrium).jacobian
+    found = derivatives(equilibrium, cranks)
+    assert_allclose(found.twist_body, by_motor, rtol=1e-7, atol=1e-8)
+
+
 def test_the_zero_of_a_motor_is_the_motor():
     """With the motors held; the Jacobian is in the axes of the platform, and so is ``twist_body``."""
     equilibrium = equilibrium_of("six_rfs")
