@@ -58,6 +58,8 @@ _LIGHTEST, _HEAVY = 30.0, 2000.0
 _MANY_TURNS, _FAR = 4.0 * math.pi, 10.0
 #: Distance that no robot has, in rod lengths.
 _BEYOND = 1e9
+#: Distance from the origin of the world, in rod lengths, from which on rounding is seen.
+_FROM_THE_WORLD = 1e5
 
 
 def _warn(part: Part, name: str, problem: str) -> None:
@@ -225,6 +227,14 @@ def check_positions(part: Part, description: RobotDescription) -> None:
     if found:
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         _warn(part, found[0] + more, f"more than {_FAR:g} rod lengths away: {_MILLIMETRES}")
+    longest, middle = _reach(description)
+    if math.hypot(*middle) > _FROM_THE_WORLD * longest:
+        _warn(
+            part,
+            "legs[*].base.position",
+            f"more than {_FROM_THE_WORLD:g} rod lengths from the origin of the world, where rounding "
+            "is seen: expected an origin near the robot",
+        )
     tracker = description.tracker
     if tracker is not None and math.hypot(*tracker.position) > _LONGEST:
         _warn(part, "tracker.position", f"more than {_LONGEST:g} m away: {_MILLIMETRES}")

@@ -18,8 +18,9 @@ from ..model.equilibrium import Equilibrium, check_equilibrium, spectrum
 from ..model.stability import MotorReading
 from ..validation import checked_number, checked_vector
 from .distinct_numbers import distinct
+from .events import PathEvent
 from .geometrico_statics import solve_forward
-from .not_reached import MotorLimitExceeded, NoSolution, StrainLimitExceeded
+from .not_reached import MotorLimitExceeded, NoForwardSolution, NoSolution, StrainLimitExceeded
 
 __all__ = ["CriticalLoad", "critical_load", "critical_load_factor"]
 
@@ -27,6 +28,9 @@ __all__ = ["CriticalLoad", "critical_load", "critical_load_factor"]
 _TOLERANCE = 1e-8
 #: Steps of the load that are smaller than this part of the first one are not tried.
 _SMALLEST_STEP = 1e-3
+#: Where stability ends the smallest eigenvalue is less than this part of what it was, or the margin less
+#: than this, where it was as small at the start.
+_FALLEN, _NO_MARGIN = 0.1, 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +68,7 @@ def critical_load_factor(
         MotorLimitExceeded: Before that, a motor would give more than its effort; ``fraction`` is that of
             the way to the limit.
         StrainLimitExceeded: Before that, a rod would yield; the same holds.
+        NoForwardSolution: The walk was lost where the robot is still stable.
     """
     check_equilibrium(equilibrium)
     factor = "at a factor of {:.6g} on the loads".format
@@ -94,6 +99,7 @@ def critical_load(
         MotorLimitExceeded: Before that, a motor would give more than its effort; ``fraction`` is that of
             the way to the limit.
         StrainLimitExceeded: Before that, a rod would yield; the same holds.
+        NoForwardSolution: The walk was lost where the robot is still stable.
     """
     check_equilibrium(equilibrium)
     axis = checked_vector("direction", direction, 3, "x y z in the world")
@@ -175,7 +181,30 @@ def _trace(
                 2.0 if eigenvalue > 0.8 * smallest else 0.7 if eigenvalue < 0.5 * smallest else 1.0
             )
         low, last, smallest = target, next_equilibrium, eigenvalue
+    if end:
+        _check_end(start, last, motors_are, (low - value) / (limit - value), in_words(low))
     return CriticalLoad(value=0.5 * (low + high), equilibrium=last, kind=beyond)
+
+
+def _check_end(
+    start: Equilibrium, last: Equilibrium, motors_are: MotorReading, fraction: float, place: str
+) -> None:
+    """Whether it is stability that ends where no walk goes on.
+
+    Raises:
+        NoForwardSolution: It does not: a robot far from the origin of its world, whose rounding is too
+            much for every step, was told to fold.
+    """
+    before, found = (spectrum(each, motors_are) for each in (start, last))
+    if found.smallest < _FALLEN * before.smallest or found.margin < _NO_MARGIN:
+        return
+    text = (
+        f"the walk was lost {place}, where stability does not end: the smallest eigenvalue is "
+        f"{found.smallest:.3g} J, at the start it is {before.smallest:.3g} J"
+    )
+    index = last.index_locked
+    event = PathEvent("lost", fraction, last, index, index, text)
+    raise NoForwardSolution(text, fraction, last, event)
 
 
 def _not_walked(error: NoSolution) -> bool:

@@ -496,6 +496,24 @@ def test_a_rough_pose_far_from_home_is_said():
 # What people look for.
 
 
+@pytest.mark.parametrize(("name", "length"), [("rfrfr", 1.0), ("delta", 0.4)])
+def test_a_robot_far_from_the_origin_of_the_world_is_said(name, length):
+    content = content_of(name)
+    content["home"].pop("platform", None)
+    content["home"]["bow"] = "outward"
+    bases = [leg["base"]["position"] for leg in content["legs"]]
+    for far, said in ((0.9e5 * length, False), (1.1e5 * length, True)):
+        for leg, (x, y, z) in zip(content["legs"], bases, strict=True):
+            leg["base"]["position"] = [x, y - far, z]
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            load_robot(content)
+        told = [str(each.message) for each in caught]
+        assert [" more than 100000 rod lengths from the origin" in text for text in told] == [
+            True
+        ] * said
+
+
 def test_values_are_shown_in_a_line():
     robot = load_robot("six_rfs")
     found = trace(robot, motors=solve_home(robot).motors + 0.01, points=3)

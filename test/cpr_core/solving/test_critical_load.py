@@ -13,6 +13,7 @@ from cpr_core import (
     InvalidRequest,
     Loads,
     MotorLimitExceeded,
+    NoForwardSolution,
     NoSolution,
     load_robot,
     solve_forward,
@@ -176,6 +177,39 @@ def test_where_branches_cross_it_is_a_crossing_though_none_goes_on(torsion):
     # The eigenvalue falls by 0.06 J/N to zero there, by extrapolation, and is known to 1e-9 J.
     assert found.value == pytest.approx(1.96046605456, rel=2e-8)
     assert found.kind == "crossing"
+
+
+@pytest.mark.filterwarnings("ignore:.*origin of the world:cpr_core.DescriptionWarning")
+@pytest.mark.parametrize("name", ["two_rods", "planar_body"])
+def test_a_walk_that_rounding_ends_is_no_fold(name):
+    """As far from the origin of the world as maps of countries are; a hundredth of the load was told."""
+    content = yaml_content(shipped_robots()[name].read_text())
+    far = np.array([5e6, -5e6 / 3.0, 0.0])
+    for leg in content["legs"]:
+        leg["base"]["position"] = (far + leg["base"]["position"]).tolist()
+    if "platform" in content["home"]:
+        near = content["home"]["platform"]["position"]
+        content["home"]["platform"]["position"] = (far + near).tolist()
+    home = solve_home(load_robot(content))
+    away = [0.05, -0.03, 0.02][: len(home.motors)]
+    start = solve_forward(home.robot, home.motors + away, start=home)
+    with pytest.raises(
+        NoForwardSolution, match=r"the walk was lost at a force of [0-9.]+ N, where stability does"
+    ) as told:
+        critical_load(start, [0.3, -1.0, 0.0], limit=100.0)
+    lost = told.value
+    assert lost.event.kind == "lost" and lost.event.equilibrium is lost.last
+    force = float(str(lost).split(" N, ")[0].split()[-1])
+    assert lost.fraction == lost.event.fraction == pytest.approx(force / 100.0, rel=1e-5)
+    assert lost.last.margin > 0.6
+
+
+def test_the_load_at_a_fold_that_is_reached_already_is_told():
+    """Nothing is left to fall there."""
+    found = critical_load(solve_home(load_robot("rfrfr")), [0.0, -1.0, 0.0])
+    again = critical_load(found.equilibrium, [0.0, -1.0, 0.0])
+    assert (found.kind, again.kind) == ("fold", "fold")
+    assert again.value < 1e-6 * found.value
 
 
 @pytest.mark.parametrize("limit", [-3.0, 0.0])
