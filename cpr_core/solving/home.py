@@ -214,14 +214,41 @@ def _from_strain(robot: Robot, guess: HomeGuess) -> Equilibrium:
 
 
 def _loose_motion(found: Equilibrium) -> str:
-    """What the platform or a joint can do without resistance, in words; empty if all is held."""
+    """What the platform or a joint can do without resistance, in words; empty if all is held.
+
+    What is negligible beside a spring, and not beside rods, is held: the spring is named instead.
+    """
     robot = found.robot
     whole = spectrum(found)
     sizes = np.abs(whole.eigenvalues)
     if not len(sizes):
         return ""
     negligible = _NO_STIFFNESS if found.converged else _NO_STIFFNESS_HELD
-    loose = whole.motions[:, sizes < negligible * sizes.max()]
+    loose = _in_words(robot, whole.motions[:, sizes < negligible * sizes.max()])
+    stiffness, by_springs = _springs(robot), np.zeros_like(sizes)
+    for (_, index), each in zip(robot.passive_joints, stiffness, strict=True):
+        by_springs += each * (whole.motions[index] / robot.arrays.unit[index]) ** 2
+    of_rods = np.max(sizes, where=by_springs < 0.5 * sizes, initial=0.0)
+    if not loose or np.any(sizes < negligible * of_rods):
+        return loose
+    stiffest = int(np.argmax(stiffness))
+    times = stiffness[stiffest] / robot.arrays.energy_unit
+    return (
+        f"the spring of joint {robot.passive_joints[stiffest][0].name} is {times:.1g} times as stiff as "
+        "the rods (E J / l), which rounding hides beside it; leave the joint out, or give it a softer "
+        "spring"
+    )
+
+
+def _springs(robot: Robot) -> Floats:
+    """Stiffness of the springs of the passive joints, per natural unit of their motion [J]."""
+    return np.array(
+        [joint.stiffness * robot.arrays.unit[index] ** 2 for joint, index in robot.passive_joints]
+    )
+
+
+def _in_words(robot: Robot, loose: Floats) -> str:
+    """Motions of the state without stiffness, columns, as those of the platform or a joint."""
     motions = loose[robot.platform_indices]
     lengths = robot.arrays.unit[robot.platform_indices]
     moved = np.linalg.norm(motions / lengths[:, None], axis=0)

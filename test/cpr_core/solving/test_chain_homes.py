@@ -297,3 +297,35 @@ def test_a_link_that_swings_between_two_joints_about_one_axis_is_named():
     changed["legs"][0]["chain"][2:3] = [hinge, *between, dict(hinge)]
     with pytest.raises(NoForwardSolution, match=r"nothing holds joint leg1\.joint2"):
         solve_home(load_robot(changed))
+
+
+@pytest.mark.parametrize("stiffness", [1e10, 1e14])
+@pytest.mark.parametrize("joint", ["revolute", "prismatic"])
+@pytest.mark.parametrize("name", ["three_rfr_hubs", "three_prs"])
+def test_a_spring_beside_which_rods_are_nothing_is_named(name, joint, stiffness):
+    """Everything is held, by more than ever; it was said that nothing holds the platform."""
+    changed = content(name)
+    axis = [0, 0, 1] if joint == "revolute" else [0, 1, 0]
+    spring = {"joint": joint, "axis": axis, "stiffness": stiffness}
+    soft = {**spring, "stiffness": 1e3}
+    for leg, at in zip(changed["legs"], (soft, spring, soft), strict=True):
+        leg["chain"].insert(1, at)
+    with pytest.raises(
+        NoForwardSolution,
+        match=r"the spring of joint leg2\.joint2 is .* times as stiff as the rods",
+    ) as told:
+        solve_home(load_robot(changed))
+    rod = load_robot(name).description.rods[0].rod
+    natural = rod.rigidities[1] / rod.length
+    of_spring = stiffness * (1.0 if joint == "revolute" else rod.length**2)
+    ratio = float(str(told.value).split(" times as")[0].split()[-1])
+    assert ratio == pytest.approx(of_spring / natural, rel=0.3)
+
+
+def test_what_nothing_holds_is_said_beside_a_stiff_spring_too():
+    changed, hinge = content("three_prs"), {"joint": "revolute", "axis": [0, 0, 1]}
+    between = [{"link": [-0.05, 0, 0], "mass": 0.1}, {"link": [0.05, 0, 0]}]
+    changed["legs"][0]["chain"][2:3] = [hinge, *between, dict(hinge)]
+    changed["legs"][1]["chain"].insert(1, {**hinge, "stiffness": 1e4})
+    with pytest.raises(NoForwardSolution, match=r"nothing holds joint leg1\.joint2"):
+        solve_home(load_robot(changed))
