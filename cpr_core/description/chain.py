@@ -4,8 +4,10 @@
 """A leg as a chain from its base towards the platform: joints, rigid links and rods.
 
 Everything is in the frame (d1, d2, d3) that the elements before lead to, all joints at zero. A new joint
-is one class, which reads its own part of a description, and its name in ``CHAIN_JOINTS``; what the model
-asks of it is in ``ChainElement``.
+that is made of turns and shifts is one class, which reads its own part of a description, and its name in
+``CHAIN_JOINTS``. One that moves otherwise, a screw of one coordinate say, is a new kind of
+``ChainElement`` besides: a case of the kernels (``leg_kernel``, ``chain_kernel``) and of what tells
+kinds apart (``leg_groups``, ``robot_arrays``, ``shape``, the URDF of the node).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What all elements of a chain can say of themselves: the model asks them for nothing else."""
+"""What all elements of a chain can say of themselves; all else the model knows by their kinds."""
 
 from __future__ import annotations
 

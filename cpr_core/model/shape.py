@@ -46,7 +46,8 @@ class JointPlace(ReadOnlyArrays):
 
     Attributes:
         kind: ``revolute`` (a universal joint is two of them), ``prismatic``, or ``feed`` where a rod of
-            varying length comes out; of the tip as the description calls it.
+            varying length comes out; of the tip as descriptions call it, or the name of a class of one's
+            own that they do not know.
         motor: Name of the motor that moves it; None: it is passive.
         position: (3,) [m].
     """
@@ -172,7 +173,8 @@ def _joint_places(leg: LegDescription, poses: list[Pose]) -> tuple[JointPlace, .
             found.append(JointPlace(kind, element.motor, behind.position))
         elif isinstance(element, ChainRod) and element.motor is not None:
             found.append(JointPlace("feed", element.motor, before.position))
-    tip = next(kind for kind, joint in JOINTS.items() if isinstance(leg.joint, joint))
+    own = type(leg.joint)
+    tip = next((kind for kind, joint in JOINTS.items() if joint is own), own.__name__)
     return (*found, JointPlace(tip, None, poses[-1].position))
 
 

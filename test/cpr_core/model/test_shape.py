@@ -3,12 +3,15 @@
 
 """Leg shapes: they start at the motors, end at the platform and are as long as the rods."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.shipped_steps import CHAINS
 from helpers.yaml_content import yaml_content
 
-from cpr_core import InvalidRequest, leg_shapes, load_robot, solve_forward, solve_home
+from cpr_core import InvalidRequest, Robot, leg_shapes, load_robot, solve_forward, solve_home
+from cpr_core.description import joints
 from cpr_core.description.description_file import shipped_robots
 
 
@@ -91,6 +94,30 @@ def test_legs_without_links_have_no_rigid_pieces_and_feeds_are_joints():
     assert [(joint.kind, joint.motor) for joint in shape.joints] == [
         ("feed", "motor1"),
         ("fixed", None),
+    ]
+
+
+class Ball(joints.Spherical):
+    """A tip joint of one's own that is nearly another."""
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_tip_joint_of_ones_own_is_called_as_it_is(known, monkeypatch):
+    """It was told as the first kind that it is one of."""
+    robot = load_robot("six_rfs")
+    if known:
+        monkeypatch.setitem(joints.JOINTS, "ball", Ball)
+        content = yaml_content(shipped_robots()["six_rfs"].read_text())
+        content["legs"][0]["tip"]["type"] = "ball"
+        robot = load_robot(content)
+    else:
+        first, *others = robot.description.legs
+        own = replace(first, joint=Ball(first.joint.position))
+        robot = Robot(replace(robot.description, legs=(own, *others)))
+    shapes = leg_shapes(solve_home(robot))
+    assert [shape.joints[-1].kind for shape in shapes[:2]] == [
+        "ball" if known else "Ball",
+        "spherical",
     ]
 
 
