@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from typing import Self
 
@@ -96,11 +97,12 @@ class _LimitPassed(NotReached):
         return f"{self._what}{passed}" + (f"; {self._doubt}" if self._doubt else "")
 
     def on_longer_way(self, fraction: float, place: str) -> Self:
-        """The same, of a way of which this was a part: how far on it, and where in words."""
-        self.fraction, self.args = fraction, (self._words(place),)
+        """One of a way of which that of this error was a part: how far on it, and where in words."""
+        found = copy(self)
+        found.fraction, found.args = fraction, (self._words(place),)
         if self.event is not None:
-            self.event = replace(self.event, fraction=fraction)
-        return self
+            found.event = replace(self.event, fraction=fraction)
+        return found
 
 
 class MotorLimitExceeded(_LimitPassed):

@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 from helpers.yaml_content import yaml_content
 
-from cpr_core import MotorLimitExceeded, load_robot, solve_home, solve_inverse, trace_through
+from cpr_core import (
+    MotorLimitExceeded,
+    PathEvent,
+    StrainLimitExceeded,
+    load_robot,
+    solve_home,
+    solve_inverse,
+    trace_through,
+)
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.limits import (
     ROUNDING,
@@ -31,6 +39,29 @@ def limited(motor, **limits):
 def free_effort(motor):
     robot = load_robot("rfrfr")
     return float(solve_home(robot).efforts[motor])
+
+
+@pytest.mark.parametrize("kind", ["motor_limit", "strain_limit"])
+def test_an_error_of_a_longer_way_is_another_one(kind):
+    """Who still had the first one read another fraction in it."""
+    last = solve_home(load_robot("rfrfr"))
+    event = PathEvent(kind, 0.5, last, 0, 0, "")
+    if kind == "motor_limit":
+        first = MotorLimitExceeded("m", "effort", 3.1, (-3, 3), "N m", 0.5, last, event, "doubt")
+        of_its_own = ("motor", "quantity", "value", "limits", "last")
+    else:
+        first, of_its_own = (
+            StrainLimitExceeded("leg1", 0.2, 0.1, 0.5, last, event),
+            ("leg", "value"),
+        )
+    said = str(first)
+    longer = first.on_longer_way(0.25, "at a force of 3 N")
+    assert longer is not first and type(longer) is type(first)
+    assert (str(first), first.fraction, first.event) == (said, 0.5, event)
+    assert str(longer) == said.replace("after 50.00 % of the way", "at a force of 3 N")
+    assert (longer.fraction, longer.event.fraction, longer.event.kind) == (0.25, 0.25, kind)
+    for name in of_its_own:
+        assert getattr(longer, name) is getattr(first, name)
 
 
 @pytest.mark.parametrize("motor", [0, 1])
