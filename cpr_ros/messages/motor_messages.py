@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,13 @@ from sensor_msgs.msg import JointState
 from cpr_core import InvalidRequest, Robot
 from cpr_core.validation import checked_vector
 
-__all__ = ["check_names", "measured_motors", "motor_setpoint", "motors_from_joint_state"]
+__all__ = [
+    "check_names",
+    "measured_motors",
+    "measured_values",
+    "motor_setpoint",
+    "motors_from_joint_state",
+]
 
 Floats = NDArray[np.float64]
 
@@ -75,19 +82,34 @@ def measured_motors(robot: Robot, message: JointState) -> Floats:
         InvalidRequest: A motor missing or twice, or not as many positions as names.
         NonFiniteInput: A NaN or an infinity in a motor of the robot.
     """
-    names = list(message.name)
+    return measured_values(robot, message.name, "position", message.position)
+
+
+def measured_values(
+    robot: Robot, names: Sequence[str], field: str, values: Sequence[float]
+) -> Floats:
+    """Numbers of the motors of the robot, (n,), among those of a machine that may have more joints.
+
+    Args:
+        robot: The robot.
+        names: Of the joints.
+        field: What the numbers are, in error messages.
+        values: One for each joint.
+
+    Raises:
+        InvalidRequest: A motor missing or twice, or not as many numbers as names.
+        NonFiniteInput: A NaN or an infinity in a motor of the robot.
+    """
+    names = list(names)
     mine = [name for name in names if name in robot.motor_names]
     if names and not mine:
         expected, found = ", ".join(robot.motor_names), ", ".join(names)
         raise InvalidRequest("name", f"expected every motor once ({expected}), got {found:.200}")
     check_names(mine, list(robot.motor_names), "name", "expected every motor once")
-    if len(message.position) != len(names):
-        raise InvalidRequest(
-            "position", f"expected {len(names)} numbers, got {len(message.position)}"
-        )
-    places = [names.index(name) for name in robot.motor_names]
-    values = [message.position[place] for place in places]
-    return checked_vector("position", values, len(values), " ".join(robot.motor_names))
+    if len(values) != len(names):
+        raise InvalidRequest(field, f"expected {len(names)} numbers, got {len(values)}")
+    own = [values[names.index(name)] for name in robot.motor_names]
+    return checked_vector(field, own, len(own), robot.motor_list)
 
 
 def check_names(

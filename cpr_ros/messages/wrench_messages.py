@@ -18,6 +18,7 @@ from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion
 from cpr_core.validation import checked_vector
 
 from .conversions import LINEAR_FIRST, Frames, fill_wrench
+from .motor_messages import measured_values
 
 __all__ = ["estimated_wrench", "measured_efforts", "whole_pose", "wrench_estimate"]
 
@@ -30,16 +31,12 @@ def measured_efforts(robot: Robot, message: JointState) -> Floats:
     The same sign as in the joint states of the node: what the motor does to the rod.
 
     Raises:
-        InvalidRequest: No efforts, or not as many as names.
+        InvalidRequest: No efforts, a motor missing or twice, or not as many efforts as names.
         NonFiniteInput: A NaN or an infinity in a motor of the robot.
     """
-    names = list(message.name)
     if not message.effort:
         raise InvalidRequest("effort", "measured_joint_states has no efforts")
-    if len(message.effort) != len(names):
-        raise InvalidRequest("effort", f"expected {len(names)} numbers, got {len(message.effort)}")
-    values = [message.effort[names.index(name)] for name in robot.motor_names]
-    return checked_vector("effort", values, len(values), robot.motor_list)
+    return measured_values(robot, message.name, "effort", message.effort)
 
 
 def whole_pose(message: PoseStamped) -> Floats:

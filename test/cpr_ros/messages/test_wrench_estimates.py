@@ -241,6 +241,21 @@ def test_efforts_of_other_joints_are_left_aside_and_missing_ones_are_named():
         measured_efforts(home.robot, message)
 
 
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (["motor1", "gripper"], r"name: expected every motor once .*; missing: motor2"),
+        (["motor2", "motor1", "motor2"], r"name: expected every motor once .*; twice: motor2"),
+        (["gripper", "wrist"], r"name: expected every motor once .*, got gripper, wrist"),
+    ],
+)
+def test_efforts_of_motors_that_are_missing_or_twice_are_refused(names, said):
+    """A missing one was a bare ValueError, and of one named twice the first counted."""
+    message = JointState(name=names, effort=[1.0] * len(names))
+    with pytest.raises(InvalidRequest, match=said):
+        measured_efforts(robot("rfrfr"), message)
+
+
 def test_the_message_has_forces_first():
     measured = Measured()
     wrench = np.array([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
