@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
 from ..description.parameters import checked_paths
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, distinct
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
-from ..solving.distinct_numbers import distinct
 from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row

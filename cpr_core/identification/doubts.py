@@ -13,11 +13,10 @@ import scipy
 from numpy.typing import NDArray
 
 from ..description.plausibility import in_other_units, quaternion_order_doubt, request_doubt
-from ..errors import CprError, InvalidRequest
+from ..errors import CprError, InvalidRequest, distinct
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..solving.distinct_numbers import distinct
 from ..solving.geometrico_statics import solve_forward
 from .compared import ComparedRow
 from .measurements import Measurement, StandardDeviations

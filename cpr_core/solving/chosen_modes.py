@@ -16,14 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..description.robot_description import ModeCounts
-from ..errors import CprError, InvalidRequest
+from ..errors import CprError, InvalidRequest, distinct
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
 from ..rods.strain_basis import DescribedBasis
 from ..validation import checked_number
 from .buckling_modes import buckling_modes
 from .discretisation_error import error_of
-from .distinct_numbers import distinct
 from .fewest_modes import fewest_modes
 from .geometrico_statics import solve_forward
 from .home import solve_home

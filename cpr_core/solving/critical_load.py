@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..description.loads import Loads
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, distinct
 from ..kernels.twist_layout import FIRST_LINEAR, LINEAR
 from ..model.equilibrium import Equilibrium, check_equilibrium, spectrum
 from ..model.stability import MotorReading
 from ..validation import checked_number, checked_vector
-from .distinct_numbers import distinct
 from .events import PathEvent
 from .geometrico_statics import solve_forward
 from .not_reached import MotorLimitExceeded, NoForwardSolution, NoSolution, StrainLimitExceeded

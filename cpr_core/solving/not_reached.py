@@ -9,9 +9,8 @@ from copy import copy
 from dataclasses import replace
 from typing import Self
 
-from ..errors import CprError
+from ..errors import CprError, distinct
 from ..model.equilibrium import Equilibrium
-from .distinct_numbers import distinct
 from .events import PathEvent
 
 __all__ = [

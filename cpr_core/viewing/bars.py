@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from ..errors import distinct
 from ..model.assessment import DEFAULT_THRESHOLDS, MEASURES, Assessment, Threshold, Thresholds
 from ..model.equilibrium import Equilibrium
-from ..solving.distinct_numbers import distinct
 
 __all__ = ["Bar", "bar", "bars"]
 

@@ -11,7 +11,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core.solving.distinct_numbers import distinct
+from cpr_core.errors import distinct
 
 from ..following.pose_coordinates import PoseCoordinates
 from ..following.watchdog import Watchdog

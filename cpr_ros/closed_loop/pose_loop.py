@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot
-from cpr_core.solving.distinct_numbers import distinct
+from cpr_core.errors import distinct
 
 from ..following.goals import Goal, PoseGoal
 from ..following.pose_coordinates import pose_coordinates

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, Robot, WrenchEstimate, estimate_wrench
+from cpr_core.errors import distinct
 from cpr_core.model.world_response import effort_units
-from cpr_core.solving.distinct_numbers import distinct
 
 from .judged_steps import LARGEST_CHANGE
 from .steps import change_between

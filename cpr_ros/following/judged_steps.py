@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Loads, Robot
+from cpr_core.errors import distinct
 from cpr_core.model.assessment import Assessment
-from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import Goal, MotorGoal, PoseGoal, largest_way, motor_steps, whole
 from .motion_settings import Settings

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core.solving.distinct_numbers import distinct
+from cpr_core.errors import distinct
 
 from .watchdog import Watchdog
 

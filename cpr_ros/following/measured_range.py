@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cpr_core import Robot
-from cpr_core.solving.distinct_numbers import distinct
+from cpr_core.errors import distinct
 
 __all__ = ["BESIDE", "within_range"]
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Robot
-from cpr_core.solving.distinct_numbers import distinct
+from cpr_core.errors import distinct
 
 from .goals import largest_way
 from .measured_motors import MotorMeasurement

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Robot
-from cpr_core.solving.distinct_numbers import distinct
+from cpr_core.errors import distinct
 
 from .goals import largest_way, motor_steps
 from .two_places import TwoPlaces, apart_in_words

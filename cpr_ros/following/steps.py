@@ -18,9 +18,9 @@ from cpr_core import (
     StrainLimitExceeded,
     TimeLimitExceeded,
 )
+from cpr_core.errors import distinct
 from cpr_core.model.assessment import Assessment
 from cpr_core.model.configurations import leg_units
-from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import Goal
 from .supervision import Refusal

@@ -10,8 +10,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
+from cpr_core.errors import distinct
 from cpr_core.model.assessment import MEASURES, Assessment, Threshold, Thresholds
-from cpr_core.solving.distinct_numbers import distinct
 
 __all__ = [
     "BLIND",

@@ -12,8 +12,8 @@ import numpy as np
 from cpr_msgs.msg import ErrorCode
 
 from cpr_core import Robot
+from cpr_core.errors import distinct
 from cpr_core.model.assessment import Assessment
-from cpr_core.solving.distinct_numbers import distinct
 
 from .goals import motor_steps
 from .measured_motors import MeasuredMotors

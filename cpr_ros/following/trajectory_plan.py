@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, Trace, trace_through
+from cpr_core.errors import distinct
 from cpr_core.model.assessment import Assessment, Thresholds
-from cpr_core.solving.distinct_numbers import distinct
 
 from .motor_path import MotorPath
 from .steps import falls

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core.solving.distinct_numbers import distinct
+from cpr_core.errors import distinct
 
 from .measured_motors import MotorMeasurement
 from .motor_path import MotorPath
