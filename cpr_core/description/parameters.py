@@ -112,10 +112,10 @@ def named_parameter(written: WrittenFields, path: str) -> Parameter:
     keys = [(name,) if name else _entries(path, index) for index, name in _KEY.findall(path)]
     found = list[tuple[Place, Any, float]]()
     for single in itertools.product(*keys):
-        here = list(_found(written, (), single))
-        if not here:
+        entries = list(_found(written, (), single))
+        if not entries:
             raise _unknown(written, _path_of(single))
-        found += here
+        found += entries
     for place, value, _ in found:
         _check(_path_of(place), value, place)
     places, values, sizes = zip(*found, strict=True)
