@@ -314,6 +314,7 @@ def _poses_as_dict(found: ProposedPoses) -> dict[str, Any]:
             )
         },
         "undetermined": list(found.undetermined),
+        "warnings": list(found.doubts),
     }
 
 
@@ -326,4 +327,5 @@ def _poses_as_text(found: ProposedPoses) -> str:
     each = zip(found.parameters, found.standard_deviations, found.random, strict=True)
     lines += [f"  {path:<24} {own:10.3g} {other:10.3g}" for path, own, other in each]
     lines += [f"  {line}" for line in found.undetermined]
+    lines += [f"  WARNING: {line}" for line in found.doubts]
     return "\n".join(lines)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description_part import Part
-from ..errors import DescriptionWarning, InvalidRequest
+from ..errors import DescriptionError, DescriptionWarning, InvalidRequest
 from .description_builder import described_robot
 from .description_file import check_numbers
 from .parameters import (
@@ -38,6 +38,7 @@ __all__ = [
     "check_numbers_only",
     "named_parameters",
     "parameter_values",
+    "schema_allows",
     "shifted",
     "shifted_together",
     "shifted_tracker",
@@ -95,6 +96,21 @@ def with_parameters(description: RobotDescription, values: Mapping[str, float]) 
     if math.isinf(changed.tolerance):  # modes that one chooses are compared with more instead
         check_jumps(changed)
     return changed
+
+
+def schema_allows(description: RobotDescription, path: str, value: float) -> bool:
+    """Whether the schema has room for a number at a path, whatever the robot would be.
+
+    Raises:
+        UnknownParameter: There is no such number.
+        InvalidRequest: What is there is no number.
+    """
+    changes = parameter_changes(_written(description), {path: value})
+    try:
+        check_numbers(description.source, _content(description, changes), changes)
+    except DescriptionError:
+        return False
+    return True
 
 
 def shifted(description: RobotDescription, parameter: Parameter, change: float) -> RobotDescription:

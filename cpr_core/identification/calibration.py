@@ -32,6 +32,7 @@ from .measurements import (
     checked_measurements,
     driven_by,
 )
+from .number_doubts import border_doubts, hardly_told
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
 from .robust_loss import Loss, checked_loss, variance_factor
 from .tracker_alignment import aligned_tracker
@@ -176,9 +177,16 @@ def _result(
         doubts = (*doubts, text)
     deviations = np.sqrt(np.diag(covariance))
     doubts = (*doubts, *bound_doubts(problem.paths, values, deviations, limits))
+    robot, start = equilibria[0].robot, np.abs(problem.values)
+    sizes = np.where(start > 0.0, start, problem.scales)
+    doubts = (
+        *doubts,
+        *hardly_told(robot, problem.paths, values, deviations, sizes),
+        *border_doubts(robot, problem.paths, values, deviations, start),
+    )
     words = unseen_in_words(known.unseen, hidden, problem.scales, problem.paths, values)
     return CalibrationResult(
-        equilibria[0].robot,
+        robot,
         problem.paths,
         problem.values,
         values,

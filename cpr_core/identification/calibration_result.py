@@ -14,13 +14,12 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..validation import ReadOnlyArrays, cached_array, cached_property
 from .compared import ComparedRow
+from .number_doubts import HALF_95_PERCENT
 
 __all__ = ["KINDS", "CalibrationResult", "CalibrationWarning"]
 
 Floats = NDArray[np.float64]
 
-#: Half the width of an interval that holds the truth 95 times of 100, in standard deviations.
-_95_PERCENT = 1.959963984540054
 #: What residuals are of.
 KINDS = ("position", "rotation", "motors", "efforts")
 
@@ -42,7 +41,8 @@ class CalibrationResult(ReadOnlyArrays):
         covariance: Of the values, (P, P); infinite variances, and no covariances, of parameters in
             which something is not determined.
         undetermined: What the measurements do not tell, one line each; it stays as it was.
-        doubts: What looks like a mistake in the measurements, one line each.
+        doubts: What looks like a mistake in the measurements, and numbers that they hardly tell or that
+            end where descriptions do, one line each.
         fit: Root mean square of the weighted residual, per degree of freedom: 1 where the standard
             deviations are right. With a robust loss from the median.
         rows: How every measurement was compared.
@@ -78,7 +78,7 @@ class CalibrationResult(ReadOnlyArrays):
     @cached_array
     def intervals(self) -> Floats:
         """Intervals that hold the truth with a probability of 95 %, (P, 2)."""
-        half = _95_PERCENT * self.standard_deviations
+        half = HALF_95_PERCENT * self.standard_deviations
         return np.column_stack([self.values - half, self.values + half])
 
     @cached_array

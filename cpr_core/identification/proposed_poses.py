@@ -25,6 +25,7 @@ from ..solving.not_reached import NotReached
 from ..validation import ReadOnlyArrays, checked_count, checked_number
 from .compared import compared_row
 from .measurements import Frame, Measurement, StandardDeviations, checked_deviations
+from .number_doubts import hardly_told
 from .parameter_problem import natural_changes
 from .undetermined import Knowledge, knowledge, parameter_sizes, unseen_in_words
 
@@ -59,6 +60,7 @@ class ProposedPoses(ReadOnlyArrays):
             where they do not tell.
         random: The same after as many random candidates, the median of many choices, (P,).
         undetermined: What these measurements would not tell, one line each.
+        doubts: Numbers that they would hardly tell, one line each.
     """
 
     equilibria: tuple[Equilibrium, ...]
@@ -66,6 +68,7 @@ class ProposedPoses(ReadOnlyArrays):
     standard_deviations: Floats
     random: Floats
     undetermined: tuple[str, ...]
+    doubts: tuple[str, ...]
 
 
 @on_one_blas_thread
@@ -138,6 +141,7 @@ def propose_poses(
         after,
         np.median(several, axis=0) * scales,
         unseen_in_words(known.unseen, np.isinf(after), scales, paths, values),
+        hardly_told(robot, paths, values, after, np.where(values == 0.0, scales, 0.0)),
     )
 
 

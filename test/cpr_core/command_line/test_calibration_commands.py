@@ -166,6 +166,19 @@ def test_as_json(capsys, data):
     assert values["warnings"] == values["undetermined"] == values["written"] == []
 
 
+def test_a_load_that_is_too_small_to_tell_a_modulus_is_told(capsys):
+    """Its standard deviation was more than twice of what it is, and there were no words for it."""
+    asked = ("--parameters", "rod.young_modulus", "--deviations", "position=5e-4", "--count", 5)
+    few = ("measure", "six_rfs", *asked, "--reach", 0.3, "--wrench", 0, 0, 0, 0, 0)
+    words = "rod.young_modulus is hardly told"
+    status, text, _ = run(capsys, *few, -0.01)
+    assert status == 0 and f"  WARNING: {words}" in text
+    status, text, _ = run(capsys, *few, -0.01, "--json")
+    [warning] = json.loads(text)["warnings"]
+    assert status == 0 and warning.startswith(words)
+    assert json.loads(run(capsys, *few, -1, "--json")[1])["warnings"] == []
+
+
 def test_nothing_is_written_where_something_looks_wrong(capsys, data, tmp_path):
     without_rotation(data)
     rows = read(data)

@@ -1,0 +1,101 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Numbers that measurements hardly tell, and numbers that end where descriptions do."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..description.changed_description import schema_allows
+from ..errors import DescriptionError, DescriptionWarning
+from ..model.robot import Robot
+
+__all__ = ["HALF_95_PERCENT", "border_doubts", "hardly_told"]
+
+Floats = NDArray[np.float64]
+
+#: Half the width of an interval that holds the truth 95 times of 100, in standard deviations.
+HALF_95_PERCENT = 1.959963984540054
+#: How near to what descriptions refuse is next to it, by the number.
+_NEXT = 1e-2
+
+
+def hardly_told(
+    robot: Robot,
+    paths: Sequence[str],
+    values: Floats,
+    deviations: Floats,
+    sizes: Floats | None = None,
+) -> tuple[str, ...]:
+    """Numbers whose interval of 95 % is wider than there is room for, one line each.
+
+    A number that has to be positive, such as a modulus, is not told where the interval reaches zero:
+    what is measured follows its inverse, say, and one many times larger fits nearly as well. One that
+    may vanish, such as a mass, is told where the interval is narrow by what was expected.
+
+    Args:
+        robot: Whose numbers they are.
+        paths: Of the numbers, P.
+        values: Of the numbers, (P,).
+        deviations: Their standard deviations, (P,); infinite ones are of values that stayed.
+        sizes: How large numbers that may vanish were expected to be, (P,); default as they are.
+    """
+    found = []
+    expected = np.abs(values) if sizes is None else np.maximum(np.abs(values), sizes)
+    each = zip(paths, values.tolist(), deviations.tolist(), expected.tolist(), strict=True)
+    for path, value, deviation, size in each:
+        if not np.isfinite(deviation) or HALF_95_PERCENT * deviation <= abs(value):
+            continue
+        if schema_allows(robot.description, path, -1.0):
+            continue
+        may_vanish = schema_allows(robot.description, path, 0.0)
+        if may_vanish and HALF_95_PERCENT * deviation <= size:
+            continue
+        found.append(
+            f"{path} is hardly told: its standard deviation is {deviation:.3g}, of a number that "
+            f"{'cannot be negative' if may_vanish else 'has to be positive'} and is {value:.3g}"
+        )
+    return tuple(found)
+
+
+def border_doubts(
+    robot: Robot, paths: Sequence[str], values: Floats, deviations: Floats, start: Floats
+) -> tuple[str, ...]:
+    """Numbers that ended next to what the description refuses, one line each.
+
+    Args:
+        robot: With the numbers that were found.
+        paths: Of the numbers, P.
+        values: Of the numbers, (P,).
+        deviations: Their standard deviations, (P,); infinite ones are of values that stayed.
+        start: What was described, (P,).
+    """
+    found = []
+    steps = np.minimum(_NEXT * np.maximum(np.abs(values), np.abs(start)), deviations)
+    each = zip(paths, values.tolist(), steps.tolist(), deviations.tolist(), strict=True)
+    for path, value, step, deviation in each:
+        if not np.isfinite(deviation) or not step > 0.0:
+            continue
+        refused = _refused(robot, path, value - step) or _refused(robot, path, value + step)
+        if refused:
+            found.append(
+                f"{path} ends next to what no robot has ({refused}): the measurements may fit better "
+                "beyond it, or hardly tell it"
+            )
+    return tuple(found)
+
+
+def _refused(robot: Robot, path: str, value: float) -> str:
+    """Why there is no robot with another number; empty: there is one."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DescriptionWarning)
+        try:
+            robot.with_parameters({path: value})
+        except DescriptionError as error:
+            return f"{error.field}: {error.problem}"
+    return ""
