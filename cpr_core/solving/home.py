@@ -15,6 +15,7 @@ from ..description.loads import Loads
 from ..description.robot_description import HomeGuess
 from ..errors import DescriptionError, DescriptionWarning
 from ..kernels.twist_layout import ANGULAR, LINEAR
+from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.model_state import evaluate
 from ..model.robot import Robot, checked_robot
@@ -43,8 +44,13 @@ _NO_STIFFNESS, _NO_STIFFNESS_HELD = 1e-9, 1e-6
 _LOOSE = 0.1
 #: Distance from the rough pose to the home found that is no roughness any more, in rod lengths.
 _ROUGH = 0.5
+#: Angle from the rough orientation to the home found that is no roughness any more, and angle by which
+#: nobody mounts a rod wound [rad].
+_ROUGH_TURN, _WOUND = 0.5, 1.0
 #: Position of a motor, in its units, beyond which rounding hides where the motor is.
 _COUNTED = 1e9
+#: What turns a rod about itself, or a platform, where a description has it wrong.
+_DIRECTIONS = "tangent, normal, axis and axis_in_rod from bases to tips"
 #: Misfit of a tip [rod lengths and rad] below which springs have closed its joint.
 _FITS = 0.01
 
@@ -58,7 +64,7 @@ def solve_home(robot: Robot) -> Equilibrium:
         DescriptionError: The loads cannot be borne, or a limit does not hold at home.
 
     Warns:
-        DescriptionWarning: Home is far from the rough pose of the platform.
+        DescriptionWarning: Home is far from the rough pose of the platform, or a rod is wound there.
     """
     return checked_robot(robot).kept("home", lambda: _found(robot))
 
@@ -83,6 +89,9 @@ def _found(robot: Robot) -> Equilibrium:
     if loose:
         raise NoForwardSolution(f"{source}: home: {loose}", 0.0, None)
     _check_distance(guess, home)
+    _check_turn(guess, home)
+    if guess.strain is None:  # else somebody knows how rods are wound
+        _check_winding(unloaded)
     return home
 
 
@@ -116,6 +125,45 @@ def _check_distance(guess: HomeGuess, home: Equilibrium) -> None:
         warnings.warn(
             f"{home.robot.description.source}: home.platform.position: the home equilibrium found is "
             f"{distance:.3g} m from there, at ({position}) m: give a better position, or none",
+            DescriptionWarning,
+            stacklevel=2,
+        )
+
+
+def _check_turn(guess: HomeGuess, home: Equilibrium) -> None:
+    """Whether the rough orientation of the platform, if one was written, was a rough one."""
+    description = home.robot.description
+    written = {} if description.written is None else description.written.content["home"]
+    if description.point_platform or "quaternion_wxyz" not in written.get("platform", ()):
+        return
+    turn = float(np.linalg.norm(rotation_log(guess.platform_rotation.T @ home.platform_rotation)))
+    if turn > _ROUGH_TURN:
+        quaternion = ", ".join(f"{value:.3g}" for value in home.platform_quaternion)
+        warnings.warn(
+            f"{description.source}: home.platform.quaternion_wxyz: the home equilibrium "
+            f"found is turned by {turn:.3g} rad from there, to ({quaternion}): check {_DIRECTIONS}; "
+            "or give a better quaternion, or none",
+            DescriptionWarning,
+            stacklevel=2,
+        )
+
+
+def _check_winding(unloaded: Equilibrium) -> None:
+    """Whether rods are wound before there are loads, as joints at wrong angles do it."""
+    robot, state = unloaded.robot, unloaded.state
+    windings: dict[str, float] = {}
+    for rod, values, rest in zip(robot.numbers.rods, *robot.curvature_stations, strict=True):
+        torsion = values[1:-1, 0] @ state[rod.strain] / rod.stretch(state) - rest[1:-1, 0]
+        angle = float(rod.length(state)) * float(robot.grid.weights @ torsion)
+        leg = robot.description.legs[rod.leg].name
+        windings[leg] = max(windings.get(leg, 0.0), angle, key=abs)
+    wound = {leg: abs(angle) for leg, angle in windings.items() if abs(angle) > _WOUND}
+    if wound:
+        worst = max(wound, key=lambda leg: wound[leg])
+        more = f" (and {len(wound) - 1} more)" if len(wound) > 1 else ""
+        warnings.warn(
+            f"{robot.description.source}: home: {worst}{more} is wound by {wound[worst]:.3g} rad "
+            f"there, before there are loads: check {_DIRECTIONS}",
             DescriptionWarning,
             stacklevel=2,
         )

@@ -3,6 +3,9 @@
 
 """Home from little: motors and the side of the rods, or a rough pose of the platform."""
 
+import re
+import warnings
+
 import numpy as np
 import pytest
 from helpers.ring_robots import three_columns, two_columns
@@ -14,6 +17,7 @@ from benchmarks.robustness import distance, residual
 from cpr_core import (
     CprError,
     DescriptionError,
+    DescriptionWarning,
     NoForwardSolution,
     load_robot,
     solve_forward,
@@ -265,3 +269,58 @@ def test_a_tip_beyond_all_numbers_is_refused(far):
     ) as caught:
         load_robot(content)
     assert caught.value.field == "legs[2].tip.position"
+
+
+def turned_bases(angles, **platform):
+    """Rods clamped at both ends, their bases turned [rad]; beside a pose they are stiff in torsion."""
+    content = content_of("gough_stewart")
+    for leg, angle in zip(content["legs"], angles, strict=True):
+        leg["base"]["normal"] = [np.cos(angle), np.sin(angle), 0.0]
+    if platform:
+        content["strain"] = {"torsion": 0, "bending_2": 5, "bending_3": 5}
+        content["home"] = {"motors": content["home"]["motors"], "platform": platform}
+    return load_robot(content)
+
+
+def test_a_platform_that_is_turned_from_where_it_was_said_to_be_is_told():
+    """An orientation that was given was compared with nothing: it may be off by a quarter turn."""
+    place = solve_home(load_robot("gough_stewart")).platform_position.tolist()
+    robot = turned_bases([1.2] * 6, position=place, quaternion_wxyz=[1.0, 0.0, 0.0, 0.0])
+    words = r"quaternion_wxyz: .* turned by 1\.\d* rad from there, to \(0\.\d.*check .*axis_in_rod"
+    with pytest.warns(DescriptionWarning, match=words):
+        home = solve_home(robot)
+    w, x, y, z = (float(value) for value in home.platform_quaternion)
+    near = turned_bases([1.2] * 6, position=place, quaternion_wxyz=[w, x, y, z])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
+        assert distance(solve_home(near), home) < 1e-8
+        solve_home(turned_bases([1.2] * 6, position=place))  # nobody said that it is not turned
+
+
+@pytest.mark.parametrize(("angle", "wound"), [(1.2, True), (0.6, False)])
+def test_rods_that_are_wound_at_home_are_told(angle, wound):
+    """Half of them turned to the one side, half to the other: the platform can follow neither."""
+    robot = turned_bases([angle, -angle] * 3)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        solve_home(robot)
+    said = [str(warning.message) for warning in caught]
+    assert len(said) == wound
+    words = r"home: leg\d \(and 5 more\) is wound by 1\.2\d* rad there, before .*: check tangent, normal"
+    assert all(re.search(words, text) for text in said)
+
+
+def test_a_rod_that_is_twisted_at_rest_is_not_wound():
+    content = content_of("gough_stewart")
+    content["rod"]["rest_curvature"] = {"torsion": [1.2 / content["rod"]["length"]]}
+    for leg, angle in zip(content["legs"], [-1.2] * 6, strict=True):
+        leg["base"]["normal"] = [np.cos(angle), np.sin(angle), 0.0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
+        solve_home(load_robot(content))
+
+
+@pytest.mark.filterwarnings("error::cpr_core.DescriptionWarning")
+@pytest.mark.parametrize("name", shipped_robots())
+def test_no_shipped_robot_is_warned_of_at_home(name):
+    solve_home(load_robot(name))
