@@ -56,6 +56,10 @@ _SOFTEST, _SOFT, _STIFFEST = 1e4, 1e6, 2e12
 _LIGHTEST, _HEAVY = 30.0, 2000.0
 #: Angle of a motor [rad], and a distance in rod lengths.
 _MANY_TURNS, _FAR = 4.0 * math.pi, 10.0
+#: Way per turn of a screw, belt or drum that is doubted where it is longer than a rod too [m].
+_LEAD = 0.5
+#: Range of a joint behind a gear [rad and rod lengths], and way in a second, that are nothing.
+_NOTHING = 1e-3
 #: Distance that no robot has, in rod lengths.
 _BEYOND = 1e9
 #: Distance from the origin of the world, in rod lengths, from which on rounding is seen.
@@ -127,13 +131,16 @@ def _can_be_computed(rod: Rod) -> bool:
 
 
 def check_moved(part: Part, element: ChainElement, length: float) -> None:
-    """Whether positions of a joint, or lengths of a rod, are in radians and metres.
+    """Whether positions of a joint, or lengths of a rod, are in radians and metres, and those of motors.
 
     Args:
         part: The joint, motor or rod in the description.
         element: The same.
         length: Of the rods of its leg [m].
     """
+    if _doubtful_lead(element.motor_unit, element.unit, element.ratio, length):
+        _warn(part, "lead", f"{part.number('lead', 0.0):g}: {_MILLIMETRES}?")
+        return  # what follows from it is no mistake of its own
     for position in (element.limits.lower, element.limits.upper):
         way = element.ratio * position
         if math.isfinite(way) and (doubt := _doubt(element.motor_unit, element.unit, way, length)):
@@ -143,6 +150,33 @@ def check_moved(part: Part, element: ChainElement, length: float) -> None:
         if doubt := _doubt(element.unit, element.unit, way, length):
             _warn(part, name, f"{way:g}: {doubt}")
             return
+    if "lead" in part or "ratio" in part:
+        _check_geared(part, element, length)
+
+
+def _check_geared(part: Part, element: ChainElement, length: float) -> None:
+    """Whether limits are those of the motor before its gear or screw, and not of the joint behind it."""
+    limits, gear = element.limits, "lead" if "lead" in part else "ratio"
+    unit = 1.0 if element.unit == "rad" else length
+    wide = limits.upper - limits.lower
+    for name, size, own, behind in (
+        ("position", wide, f"a range of {wide:g} {element.motor_unit}", element.unit),
+        ("speed", limits.speed, f"{limits.speed:g} {element.motor_unit}/s", f"{element.unit}/s"),
+    ):
+        way = abs(element.ratio) * size
+        if way < _NOTHING * unit:
+            _warn(
+                part,
+                f"limits.{name}",
+                f"{own} is {way:.2g} {behind} behind the {gear}: limits are of the motor, before it",
+            )
+            return
+
+
+def _doubtful_lead(unit: str, moves: str, ratio: float, length: float) -> bool:
+    """Whether a motor that turns shifts a joint, or feeds a rod, farther in a turn than screws do."""
+    way = 2.0 * math.pi * abs(ratio)
+    return (unit, moves) == ("rad", "m") and way > max(_LEAD, length)
 
 
 def check_link(part: Part, link: Link, length: float) -> None:
@@ -195,6 +229,8 @@ def check_home_joints(
 
 
 def _motor_doubt(motor: DescribedMotor, position: float, length: float) -> str:
+    if _doubtful_lead(motor.unit, motor.moves, motor.ratio, length):
+        return ""  # which is said where it is read, and where a number leads says nothing then
     return _doubt(motor.unit, motor.moves, motor.ratio * position, length)
 
 

@@ -3,11 +3,13 @@
 
 """Mistakes of newcomers: other units, other orders, words for numbers; answered in their own words."""
 
+import re
 import warnings
 
 import numpy as np
 import pytest
 import yaml
+from helpers.fed_robots import fed, plain_content
 from helpers.shipped_steps import CHAINS
 from helpers.yaml_content import yaml_content
 
@@ -230,6 +232,43 @@ def test_the_zero_of_a_motor_in_degrees_is_said():
     content["legs"][1]["motor"]["offset"] = -270
     with pytest.warns(DescriptionWarning, match=rf"legs\[1\]\.motor\.offset: -270: {DEGREES}"):
         read_description(content)
+
+
+def said_of(content):
+    """What is doubted in a description, without its name."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", DescriptionWarning)
+        read_description(content)
+    return [str(warning.message).partition(": ")[2] for warning in caught]
+
+
+def test_a_lead_in_millimetres_is_said_and_not_what_follows_from_it():
+    """Its limits and home looked like degrees, and nobody named the lead."""
+    content = fed(plain_content())
+    assert said_of(content) == []
+    content["legs"][1]["motor"]["lead"] = -20.0
+    assert said_of(content) == [f"legs[1].motor.lead: -20: {MILLIMETRES}?"]
+    content = content_of("three_prs")
+    content["legs"][0]["chain"][0] |= {"lead": 4, "limits": {"position": [-30, 150]}}
+    assert said_of(content) == [f"legs[0].chain[0].lead: 4: {MILLIMETRES}?"]
+
+
+@pytest.mark.parametrize("gear", [{"lead": 0.002}, {"ratio": -0.0005}])
+def test_limits_of_a_joint_that_stand_at_a_motor_with_a_gear_are_doubted(gear):
+    """A motor in radians with a range or a speed in metres hardly moves."""
+    content = content_of("three_prs")
+    joint, name = content["legs"][0]["chain"][0], next(iter(gear))
+    joint |= gear | {"limits": {"position": [-0.1, 0.1], "speed": 0.1}}
+    words = (
+        rf"legs\[0\]\.chain\[0\]\.limits\.{{}} is .* m{{}} behind the {name}: limits are of the "
+    )
+    [said] = said_of(content)
+    assert re.match(words.format("position: a range of 0.2 .*", ""), said)
+    joint["limits"]["position"] = [-1000, 1000]
+    [said] = said_of(content)
+    assert re.match(words.format("speed: 0.1 .*", "/s"), said)
+    joint["limits"]["speed"] = 100.0
+    assert said_of(content) == []
 
 
 def test_an_inertia_in_square_millimetres_is_said():
