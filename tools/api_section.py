@@ -109,7 +109,7 @@ def _listed(member: Any, heading: str) -> list[tuple[str, str]]:
     found = re.search(rf"^{heading}:\n((?:[ ]{{4}}.*\n?|\n)+)", _text(member), re.MULTILINE)
     entries: list[tuple[str, str]] = []
     for line in (found[1] if found else "").splitlines():
-        begin = re.match(r"    (\w+): (.*)", line)
+        begin = re.match(r"    (\w+(?:, \w+)*): (.*)", line)
         if begin:
             entries.append((begin[1], begin[2]))
         elif line.strip() and entries:
@@ -121,6 +121,9 @@ def _arguments_table(function: Any) -> list[str]:
     entries = _listed(function, "Args")
     if returned := _returned(function):
         entries.append(("returns", returned))
+    if raised := ", ".join(kinds for kinds, _ in _listed(function, "Raises")):
+        names = dict.fromkeys(raised.split(", "))
+        entries.append(("raises", ", ".join(f"`{name}`" for name in names)))
     if not entries:
         return []
     lines = [row("argument", "meaning"), "|---|---|"]
@@ -128,7 +131,7 @@ def _arguments_table(function: Any) -> list[str]:
 
 
 def _argument(name: str) -> str:
-    return name if name == "returns" else f"`{name}`"
+    return name if name in ("returns", "raises") else f"`{name}`"
 
 
 def _method(function: Any) -> str:

@@ -66,5 +66,29 @@ def test_members_of_enumerations_are_on_the_page(name):
     assert listed
 
 
+RAISING = {
+    name: member
+    for name, member in NAMES.items()
+    if inspect.isfunction(member) and "Raises:" in (inspect.getdoc(member) or "")
+}
+
+
+@pytest.mark.parametrize("name", RAISING)
+def test_what_a_function_raises_is_on_the_page(name):
+    part = PAGE.partition(f"**`{name}(")[2].partition("\n**`")[0]
+    [listed] = re.findall(r"^\| raises \| (.*) \|$", part, re.MULTILINE)
+    raised = re.findall(r"`(\w+)`", listed)
+    assert len(set(raised)) == len(raised)
+    section = inspect.getdoc(RAISING[name]).partition("Raises:\n")[2].partition("\n\n")[0]
+    words = re.findall(r"\w+", section)
+    assert {word for word in words if word in ERRORS} <= {*raised} <= {*words}
+
+
+def test_functions_raise_something():
+    assert len(RAISING) > 20
+    part = PAGE.partition("**`critical_load(")[2].partition("\n**`")[0]
+    assert "| raises | `InvalidRequest`, `MotorLimitExceeded`, `StrainLimitExceeded` |" in part
+
+
 def test_no_markup_of_docstrings_is_on_the_page():
     assert re.findall(r":\w+:`", PAGE) == []
