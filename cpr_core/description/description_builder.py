@@ -148,15 +148,7 @@ def _legs(part: Part, kept: dict[int, LegDescription]) -> tuple[LegDescription, 
     )
     check_motors(part, legs)
     _check_motor_names(part, legs)
-    for kind, names in (
-        ("name", [leg.name for leg in legs]),
-        ("motor.name", [leg.motor_name for leg in legs if leg.motor_name]),
-    ):
-        for index, name in enumerate(names):
-            if name in names[:index]:
-                raise part.fail(
-                    f"legs[{index}].{kind}", f"{name!r} is the name of an earlier leg already"
-                )
+    _check_leg_names(part, legs)
     legs = tuple(
         leg if index in kept or "chain" in leg_part else _geared(leg, leg_part)
         for index, (leg, leg_part) in enumerate(zip(legs, part.parts("legs"), strict=True))
@@ -167,6 +159,24 @@ def _legs(part: Part, kept: dict[int, LegDescription]) -> tuple[LegDescription, 
     if not any(leg.rods for leg in legs):
         raise part.fail("legs", "expected a rod in at least one leg")
     return legs
+
+
+def _check_leg_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
+    """Whether every leg has a name of its own, and every motor that is not written in a chain.
+
+    Raises:
+        DescriptionError: It has not.
+    """
+    several = "; one that moves several legs is written in a chain of each"
+    for kind, names, known in (
+        ("name", [leg.name for leg in legs], "leg already"),
+        ("motor.name", [leg.motor_name for leg in legs], f"motor already{several}"),
+    ):
+        for index, name in enumerate(names):
+            if name is not None and name in names[:index]:
+                raise part.fail(
+                    f"legs[{index}].{kind}", f"{name!r} is the name of an earlier {known}"
+                )
 
 
 def _check_rod_names(part: Part, legs: tuple[LegDescription, ...]) -> None:

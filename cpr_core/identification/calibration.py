@@ -23,7 +23,7 @@ from ..model.robot import Robot, checked_robot
 from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
-from .doubts import bound_doubts, check_measured, fit_doubts, measured_doubts
+from .doubts import bound_doubts, check_measured, fit_doubts, frame_doubts, measured_doubts
 from .measured_equilibria import first_equilibria, followed
 from .measurements import (
     Measurement,
@@ -112,7 +112,8 @@ def calibrate(
     scales = natural_changes(before[0], paths)
     problem = ParameterProblem(robot, paths, begin, scales, compared, deviations, before, tell)
     answer = solution(problem, limits, loss)
-    doubts = measured_doubts(compared, before, problem.equilibria(answer))
+    doubts = frame_doubts(rows, paths)
+    doubts += measured_doubts(compared, before, problem.equilibria(answer))
     found = replace(_result(problem, answer, limits, loss, doubts), start=values)
     tell(1.0)
     for doubt in found.doubts:

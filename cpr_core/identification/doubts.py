@@ -20,12 +20,14 @@ from ..model.robot import Robot
 from ..solving.geometrico_statics import solve_forward
 from .compared import ComparedRow
 from .measurements import Measurement, StandardDeviations
+from .tracker_rates import of_tracker
 
 __all__ = [
     "THOUSAND",
     "bound_doubts",
     "check_measured",
     "fit_doubts",
+    "frame_doubts",
     "measured_doubts",
     "plane_doubt",
     "unit_doubt",
@@ -183,6 +185,16 @@ def _ratio(pairs: Sequence[tuple[Floats | None, Floats]]) -> float:
         return 1.0
     seen, foretold = np.median(np.array(sizes), axis=0)
     return float(seen / foretold) if seen > 0.0 and foretold > 0.0 else 1.0
+
+
+def frame_doubts(rows: Sequence[Measurement], paths: Sequence[str]) -> tuple[str, ...]:
+    """Numbers of the tracker that are to be found by rows of which none is in its frame, in a line."""
+    if not any(map(of_tracker, paths)) or any(row.frame == "tracker" for row in rows):
+        return ()
+    return (
+        "no row is in the tracker's frame, so nothing tells its numbers: expected columns tracker:x ... "
+        "in place of x ..., or measurements with frame='tracker'",
+    )
 
 
 def measured_doubts(

@@ -33,6 +33,25 @@ def test_position_limits_that_make_no_sense_are_refused(name, position, problem)
     assert "legs[1].motor.limits.position" in str(caught.value)
 
 
+def test_a_name_of_two_motors_is_said_to_be_that_of_a_motor_at_its_leg():
+    """It was said to be that of a leg, and after a passive base another leg was named."""
+    content = yaml_content(shipped_robots()["gough_stewart"].read_text())
+    content["legs"][0]["motor"] = {"type": "welded"}
+    for number in (1, 3):
+        content["legs"][number]["motor"]["name"] = "feed"
+    with pytest.raises(
+        DescriptionError, match="'feed' is the name of an earlier motor already"
+    ) as caught:
+        read_description(content)
+    assert caught.value.field == "legs[3].motor.name"
+    assert "one that moves several legs is written in a chain of each" in caught.value.problem
+    content["legs"][4]["name"] = "leg1"
+    with pytest.raises(
+        DescriptionError, match=r"legs\[4\]\.name: 'leg1' .* an earlier leg already$"
+    ):
+        read_description(content)
+
+
 def test_limits_are_those_of_the_motor_they_are_given_for():
     robot = with_limits("rfrfr", {"position": [-1.5, 2.5], "effort": 3.0, "speed": 0.5})
     first, second = (leg.limits for leg in robot.description.legs)

@@ -85,6 +85,23 @@ def test_intervals_hold_the_truth(known, places):
     assert np.abs(off).max() < 4.0
 
 
+def test_a_tracker_that_is_to_be_found_by_rows_in_the_world_is_told(known, places):
+    """Twelve lines said that its numbers are not determined, and none why."""
+    rows, paths = measured(places, seed=3), (*TRACKER, *MARKER)
+    with pytest.warns(CalibrationWarning, match=r"^no row is in the tracker's frame, .* tracker:x"):
+        found = calibrate(tracked(), rows, (*paths, *SOME), DEVIATIONS)
+    assert len(found.undetermined) == len(paths) and len(found.doubts) == 1
+    mixed = [*rows[1:], *as_told(rows[:1], known)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CalibrationWarning)
+        assert not any(
+            "frame" in doubt for doubt in calibrate(known, mixed, paths, DEVIATIONS).doubts
+        )
+        assert not any(
+            "frame" in doubt for doubt in calibrate(known, rows, SOME, DEVIATIONS).doubts
+        )
+
+
 @pytest.mark.filterwarnings("error")
 def test_positions_alone_tell_where_a_camera_above_the_plane_is():
     """A ball on the platform: how it is turned on it is not to be found."""
