@@ -87,7 +87,7 @@ def test_what_a_function_raises_is_on_the_page(name):
 def test_functions_raise_something():
     assert len(RAISING) > 20
     part = PAGE.partition("**`critical_load(")[2].partition("\n**`")[0]
-    assert "| raises | `InvalidRequest`, `MotorLimitExceeded`, `StrainLimitExceeded` |" in part
+    assert "| raises | `InvalidRequest`, `MotorLimitExceeded`, `StrainLimitExceeded`, " in part
 
 
 def test_no_markup_of_docstrings_is_on_the_page():
