@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import PoseStamped
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -76,8 +77,10 @@ class ViewNode(Node):
         described = self._going_on(self._hear_description)
         self.create_subscription(String, f"{watched}/description", described, _LATCHED)
         self.create_subscription(JointState, states, self._hear_motors, QoSProfile(depth=1))
-        self.create_timer(1.0 / _RATE, self._going_on(self._draw))
-        self.create_timer(1.0 / _SLOW_RATE, self._going_on(self._draw_slowly))
+        # Not ROS time: a robot goes on moving while /clock stands still.
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        for rate, draw in ((_RATE, self._draw), (_SLOW_RATE, self._draw_slowly)):
+            self.create_timer(1.0 / rate, self._going_on(draw), clock=clock)
         self.page = NodePage(watched, host, port)
 
     def _going_on(self, work: Callable[..., None]) -> Callable[..., None]:

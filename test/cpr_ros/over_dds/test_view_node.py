@@ -18,6 +18,7 @@ from geometry_msgs.msg import Point
 from helpers.browser import Looker
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
@@ -379,6 +380,26 @@ def test_control_that_was_taken_before_there_was_a_robot_is_kept(shown):
         assert shown.page.in_control == kept
 
 
+def until_told(shown, executor, words, stability=None):
+    """Spin until the page tells this of the node, which is heard as long as it publishes stability."""
+    end = time.monotonic() + TIMEOUT
+    while words not in shown.page._presence.content:
+        if stability is not None:
+            stability.publish(StabilityMetrics(margin=0.9))
+        executor.spin_once(timeout_sec=0.02)
+        assert time.monotonic() < end
+
+
+def test_the_page_goes_on_while_simulated_time_stands_still(shown):
+    """It showed a robot where it was before, and a node that had ended; it sent setpoints later."""
+    assert shown.set_parameters([Parameter("use_sim_time", value=True)])[0].successful
+    stability = shown.create_publisher(StabilityMetrics, "/cpr_node/stability", 10)
+    executor = SingleThreadedExecutor()
+    executor.add_node(shown)
+    until_told(shown, executor, "is there", stability)
+    until_told(shown, executor, "is gone")
+
+
 def test_control_is_kept_while_the_page_is_held_up(shown, monkeypatch):
     """It was given back, as the node was gone: what came meanwhile had not been heard yet."""
     monkeypatch.setattr(shown, "_presence", Presence(silence=0.3))
@@ -386,11 +407,7 @@ def test_control_is_kept_while_the_page_is_held_up(shown, monkeypatch):
     executor = SingleThreadedExecutor()
     executor.add_node(shown)
 
-    end = time.monotonic() + TIMEOUT
-    while "is there" not in shown.page._presence.content:
-        stability.publish(StabilityMetrics(margin=0.9))
-        executor.spin_once(timeout_sec=0.02)
-        assert time.monotonic() < end
+    until_told(shown, executor, "is there", stability)
     shown.page._control.switch()
     for _ in range(25):
         stability.publish(StabilityMetrics(margin=0.9))
