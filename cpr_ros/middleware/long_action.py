@@ -11,18 +11,19 @@ from collections.abc import Callable
 from typing import Any
 
 from cpr_msgs.msg import ErrorCode
-from rclpy.action import ActionServer, CancelResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import GoalEvent, ServerGoalHandle
 from rclpy.node import Node
 
 from cpr_core import CprError
 
+from .result_clock import ResultClock
 from .waiting_requests import SERVICE_QOS
 
 __all__ = ["LongAction"]
 
-#: Results are kept for clients that ask late [s]. At every step of a goal rclpy tells the state of all
-#: goals whose results are kept: those of fifteen minutes, its default, hold the node up.
+#: Results are kept for clients that ask late, by steady time [s]. At every step of a goal rclpy tells
+#: the state of all whose results are kept: those of fifteen minutes, its default, hold the node up.
 _RESULT_KEPT = 10
 
 
@@ -41,12 +42,13 @@ class LongAction(ABC):
             kind: Its type.
             name: Its name.
         """
-        self._node = node
+        self._node, self._clock = node, ResultClock(node, _RESULT_KEPT)
         self._server = ActionServer(
-            node,
+            self._clock,
             kind,
             name,
             execute_callback=lambda handle: kind.Result(),  # every goal brings its own
+            goal_callback=self._take,
             handle_accepted_callback=self._guarded(self._accept),
             cancel_callback=self._guarded(self._answer_cancel, CancelResponse.REJECT),
             goal_service_qos_profile=SERVICE_QOS,
@@ -57,6 +59,7 @@ class LongAction(ABC):
 
     def close(self) -> None:
         """Offer it no longer."""
+        self._clock.close()
         self._server.destroy()
 
     @abstractmethod
@@ -81,6 +84,7 @@ class LongAction(ABC):
         """
 
         def finished(handle: ServerGoalHandle) -> Any:
+            self._clock.ending()
             if val == ErrorCode.SUCCESS:
                 handle.succeed()
             elif handle.is_cancel_requested:
@@ -91,7 +95,12 @@ class LongAction(ABC):
 
         self._server.notify_execute(handle, self._guarded(finished, result))
 
+    def _take(self, goal: Any) -> GoalResponse:
+        self._clock.begin_to_accept()
+        return GoalResponse.ACCEPT
+
     def _accept(self, handle: ServerGoalHandle) -> None:
+        self._clock.accepted()
         # Not `handle.execute`: that wants the result in the same breath, and a coroutine that awaits
         # one keeps rclpy's executor spinning at full load.
         handle._update_state(GoalEvent.EXECUTE)
