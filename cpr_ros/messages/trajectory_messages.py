@@ -59,7 +59,7 @@ def trajectory_order(
     Args:
         robot: The robot.
         message: The trajectory.
-        now: ROS time.
+        now: ROS time; 0: there is none yet, as no /clock has come.
         path_tolerance: In the order of its names, (n,), 0: any; none: any.
         goal_tolerance: The same at its end.
         goal_time_tolerance: 0: any [s].
@@ -67,7 +67,8 @@ def trajectory_order(
     Raises:
         InvalidRequest: Names wrong, missing or twice, or not as many numbers as names.
         NonFiniteInput: A NaN or an infinity.
-        TrajectoryRefused: Points that cannot be followed by any robot, or motors beyond their ranges.
+        TrajectoryRefused: Points that cannot be followed by any robot, motors beyond their ranges, or a
+            stamp while there is no ROS time.
     """
     names, points = list(message.joint_names), list(message.points)
     if not points:
@@ -89,18 +90,34 @@ def trajectory_order(
             ErrorCode.INVALID_ROBOT_STATE,
             f"goal_time_tolerance: expected at least 0, got {goal_time_tolerance}",
         )
-    begun = message.header.stamp
-    at_once = begun.sec == 0 and begun.nanosec == 0
     return TrajectoryOrder(
         times,
         positions,
         None if velocities is None else velocities[:, order],
         None if accelerations is None else accelerations[:, order],
-        None if at_once else (begun.sec - now.sec) + 1e-9 * (begun.nanosec - now.nanosec),
+        _start_in(message.header.stamp, now),
         _tolerances("path_tolerance", path_tolerance, names)[order],
         _tolerances("goal_tolerance", goal_tolerance, names)[order],
         goal_time_tolerance or np.inf,
     )
+
+
+def _start_in(begun: Time, now: Time) -> float | None:
+    """When a trajectory starts, from now [s]; None: at once.
+
+    Raises:
+        TrajectoryRefused: There is no ROS time to compare with.
+    """
+    if not seconds_of(begun):
+        return None
+    if not seconds_of(now):
+        raise TrajectoryRefused(
+            0.0,
+            "header.stamp",
+            "header.stamp: expected 0 as long as no /clock has come, "
+            f"got {seconds_of(begun):.10g} s",
+        )
+    return (begun.sec - now.sec) + 1e-9 * (begun.nanosec - now.nanosec)
 
 
 def _columns(

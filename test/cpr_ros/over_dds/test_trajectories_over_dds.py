@@ -10,11 +10,12 @@ import sys
 import time
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from builtin_interfaces.msg import Duration
+from builtin_interfaces.msg import Duration, Time
 from cpr_msgs.action import FollowTrajectory
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from diagnostic_msgs.msg import DiagnosticArray
@@ -22,7 +23,7 @@ from geometry_msgs.msg import WrenchStamped
 from helpers.driver import EVERY_MESSAGE
 from helpers.goal_client import GoalClient
 from helpers.joint_trajectory import DOWN, HOME, NAMES, trajectory
-from helpers.node_process import change
+from helpers.node_process import change, running_node
 from lifecycle_msgs.msg import Transition
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
@@ -411,6 +412,26 @@ def test_what_is_wrong_is_refused_with_the_reason(drive, following, message, val
     assert done.result.error_code.val == getattr(ErrorCode, val), done.result.error_code.message
     assert words in done.result.error_code.message
     drive.until(lambda: np.array_equal(drive.motors, HOME))
+
+
+def test_a_stamp_before_the_first_clock_is_refused(tmp_path):
+    """It was compared with 0, and the robot set off that many seconds later."""
+    with running_node(tmp_path, "robot:=rfrfr", "use_sim_time:=true") as running:
+        drive = SimpleNamespace(client=running.client, name="/cpr_node")
+        following = TrajectoryClient(drive)
+        message = trajectory([0.3], [HOME + [0.05, 0.0]])
+        message.header.stamp = Time(sec=12)
+        done = following.result(following.send(message))
+        assert done.status == GoalStatus.STATUS_ABORTED
+        words = "header.stamp: expected 0 as long as no /clock has come, got 12 s"
+        assert done.result.error_code.message == words
+        assert done.result.error_code.val == ErrorCode.INVALID_MOTION_PLAN
+        assert done.result.measure == "header.stamp"
+        following.topic.publish(message)
+        running.process.wait_for_log(f"~/joint_trajectory: dropped: {words}", 20.0)
+        message.header.stamp = Time()
+        assert following.result(following.send(message)).status == GoalStatus.STATUS_SUCCEEDED
+        following.close()
 
 
 def test_the_program_of_the_docs_does_what_it_says(drive):
