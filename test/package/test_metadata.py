@@ -243,23 +243,6 @@ def test_parameter_files_name_parameters_of_the_node(name):
         assert low <= value <= high, key
 
 
-def test_the_page_of_the_node_lists_every_service_and_topic():
-    page = (ROOT / "docs/node.md").read_text()
-    code = "".join(
-        (ROOT / f"cpr_ros/interface/{name}.py").read_text() for name in ("inputs", "outputs")
-    )
-    topics = set(re.findall(r'"((?:~/|/)?[a-z_]+)", (?:10|self|LATCHED|SOME)', code))
-    topics |= set(re.findall(r'\(\w+, "((?:~/)?[a-z_]+)", self', code))
-    topics |= set(re.findall(r'^MEASURED = "(\w+)"', code, re.MULTILINE))
-    assert len(topics) >= 12
-    services = re.findall(
-        r'\(\w+, "([a-z_]+)",', (ROOT / "cpr_ros/interface/requests.py").read_text()
-    )
-    assert len(services) >= 7
-    for name in [*topics, *(f"~/{service}" for service in services)]:
-        assert f"`{name}`" in page, name
-
-
 def test_the_view_shows_topics_the_node_has():
     view = yaml.safe_load((ROOT / "rviz/cpr.rviz").read_text())
     topics = {
