@@ -44,6 +44,13 @@ from ..messages.trajectory_messages import trajectory_order
 from ..messages.wrench_messages import whole_pose
 from ..middleware.dropped_messages import DroppedMessages
 from ..operation.session import Session
+from ..setpoint_topics import (
+    COMMANDS,
+    JOINT_TRAJECTORY,
+    MOTOR_SETPOINT,
+    PLATFORM_SETPOINT,
+    PLATFORM_TWIST,
+)
 from .first_measured import MEASURED, own_measured_topic
 
 __all__ = ["Inputs"]
@@ -51,7 +58,7 @@ __all__ = ["Inputs"]
 #: The newest setpoint is the one that counts; some by name may belong together.
 NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
 #: Setpoints that rclpy is too slow to read: see CommandMessage and read_pose.
-_READ_FROM_BYTES = ("~/commands", "~/platform_setpoint")
+_READ_FROM_BYTES = (f"~/{COMMANDS}", f"~/{PLATFORM_SETPOINT}")
 
 
 class Inputs:
@@ -92,10 +99,10 @@ class Inputs:
                 f"{MEASURED} is {own}, where the node itself publishes: nothing is taken from there"
             )
         for kind, topic, take, qos in (
-            (JointState, "~/motor_setpoint", self._motor_setpoint, SOME),
-            (Float64MultiArray, "~/commands", self._commands, NEWEST),
-            (PoseStamped, "~/platform_setpoint", self._platform_setpoint, NEWEST),
-            (JointTrajectory, "~/joint_trajectory", self._joint_trajectory, NEWEST),
+            (JointState, f"~/{MOTOR_SETPOINT}", self._motor_setpoint, SOME),
+            (Float64MultiArray, f"~/{COMMANDS}", self._commands, NEWEST),
+            (PoseStamped, f"~/{PLATFORM_SETPOINT}", self._platform_setpoint, NEWEST),
+            (JointTrajectory, f"~/{JOINT_TRAJECTORY}", self._joint_trajectory, NEWEST),
             (WrenchStamped, "~/external_wrench", self._external_wrench, qos_profile_sensor_data),
             (JointState, MEASURED, self._measured, qos_profile_sensor_data),
             (
@@ -104,7 +111,7 @@ class Inputs:
                 self._measured_pose,
                 qos_profile_sensor_data,
             ),
-            (TwistStamped, "~/platform_twist", self._platform_twist, NEWEST),
+            (TwistStamped, f"~/{PLATFORM_TWIST}", self._platform_twist, NEWEST),
         ):
             if topic == MEASURED and own:
                 continue
@@ -176,13 +183,13 @@ class Inputs:
     def _trajectory_ended(self, ending: Ending) -> None:
         logger = self._node.get_logger()
         if ending.val == ErrorCode.SUCCESS:
-            logger.info(f"~/joint_trajectory: done after {ending.time:.3f} s")
+            logger.info(f"~/{JOINT_TRAJECTORY}: done after {ending.time:.3f} s")
         elif ending.val == ErrorCode.INVALID_MOTION_PLAN:
-            line = self.dropped.add("~/joint_trajectory", ending.message, self._clock())
+            line = self.dropped.add(f"~/{JOINT_TRAJECTORY}", ending.message, self._clock())
             if line:
                 logger.warning(line)
         else:
-            logger.warning(f"~/joint_trajectory: {ending.val}: {ending.message}")
+            logger.warning(f"~/{JOINT_TRAJECTORY}: {ending.val}: {ending.message}")
 
     def _external_wrench(self, session: Session, message: WrenchStamped, now: float) -> None:
         loads = session.solver.current.equilibrium.loads

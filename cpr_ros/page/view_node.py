@@ -25,6 +25,7 @@ from cpr_core import CprError, Robot, load_robot
 from cpr_core.model.assessment import Threshold
 from cpr_core.viewing.bars import Bar, bar
 
+from ..setpoint_topics import MOTOR_SETPOINT, SETPOINTS
 from .marker_lines import lines_of
 from .node_page import NodePage
 from .watched_node import LastMinute, Presence, topic_beside
@@ -33,14 +34,6 @@ __all__ = ["ViewNode"]
 
 #: Pictures a second, plots and names of others a second.
 _RATE, _SLOW_RATE = 30.0, 2.0
-#: Where setpoints come in.
-_SETPOINTS = (
-    "motor_setpoint",
-    "commands",
-    "platform_setpoint",
-    "platform_twist",
-    "joint_trajectory",
-)
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -160,7 +153,7 @@ class ViewNode(Node):
                 self._setpoint = None
             return
         if self._setpoint is None:
-            topic = f"{self._watched}/motor_setpoint"
+            topic = f"{self._watched}/{MOTOR_SETPOINT}"
             self._setpoint = self.create_publisher(JointState, topic, 10)
         if not self._setpoint.get_subscription_count():
             return  # not connected yet: what is asked for waits
@@ -178,7 +171,7 @@ class ViewNode(Node):
         own = (self.get_namespace(), self.get_name())
         found = {
             f"{info.node_namespace.rstrip('/')}/{info.node_name} ({topic})"
-            for topic in _SETPOINTS
+            for topic in SETPOINTS
             for info in self.get_publishers_info_by_topic(f"{self._watched}/{topic}")
             if (info.node_namespace, info.node_name) != own
         }

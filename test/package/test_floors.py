@@ -37,6 +37,7 @@ FLOORS = (
     "cpr_core.command_line",
     "cpr_core",
     "cpr_ros.error_codes",
+    "cpr_ros.setpoint_topics",
     "cpr_ros.process",
     "cpr_ros.middleware",
     "cpr_ros.page",

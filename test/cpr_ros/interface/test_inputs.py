@@ -24,6 +24,7 @@ from cpr_ros.following.supervision import State
 from cpr_ros.interface.first_measured import first_measured
 from cpr_ros.interface.inputs import Inputs
 from cpr_ros.operation.session import Session
+from cpr_ros.setpoint_topics import SETPOINTS
 from cpr_ros.settings.parameters import Parameters, live_parameters
 
 NAN = float("nan")
@@ -102,6 +103,18 @@ class Listening:
     def felt(self):
         """The measured pose that wrenches are estimated with."""
         return self.session.felt._pose
+
+
+def test_every_topic_is_one_of_setpoints_or_known_to_be_none():
+    """The page of the node tells who else sends setpoints: a new topic was missing there."""
+    heard = set(Listening(robot("rfrfr"))._callbacks)
+    setpoints = {f"~/{name}" for name in SETPOINTS}
+    assert setpoints <= heard
+    assert heard - setpoints == {
+        "~/external_wrench",
+        "~/measured_platform_pose",
+        "measured_joint_states",
+    }
 
 
 def test_motors_that_are_not_named_keep_their_setpoint():
