@@ -36,9 +36,10 @@ from .process.in_pieces import InPieces
 from .process.periodic import Periodic
 from .process.stop_signal import Stopped, StopSignal
 from .process.ticking import Ticking
+from .settings.declared_parameters import declare, undeclared
 from .settings.node_arguments import closest, files_of_others
+from .settings.node_settings import LiveParameters, live_parameters, live_problem
 from .settings.parameter_calls import answer_parameter_calls
-from .settings.parameters import LiveParameters, declare, live_parameters, live_problem, undeclared
 from .warming import warm_up
 from .whereabouts import Whereabouts
 

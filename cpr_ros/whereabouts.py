@@ -27,7 +27,7 @@ from .operation.starting_place import (
     begin_on_way_home,
 )
 from .process.stop_signal import Stopped, StopSignal
-from .settings.parameters import Parameters
+from .settings.node_settings import Parameters
 
 __all__ = ["Whereabouts"]
 

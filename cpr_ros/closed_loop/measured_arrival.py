@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""When a goal is reached not only in the model, but also where the platform is measured. No ROS here."""
+"""When a goal is reached where the platform is measured, not only in the model. No rclpy here."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whether motors may go straight to another equilibrium, through which halts do not guard. No ROS here.
+"""Whether motors may go straight to another equilibrium: halts do not guard it. No rclpy here.
 
 A solution that is applied may have been found from anywhere. The motors go to it from where they are
 commanded, and what the robot does on that way has nothing to do with how the solution was found. So it

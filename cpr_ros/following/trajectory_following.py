@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Timed trajectories: one that is followed, and one that is being solved to replace it. No ROS here."""
+"""Timed trajectories: one is followed, one is being solved to replace it. No rclpy here."""
 
 from __future__ import annotations
 

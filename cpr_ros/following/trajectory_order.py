@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A trajectory as it was ordered, and the path it makes of where the robot is. No ROS here."""
+"""A trajectory as it was ordered, and the path it makes of where the robot is. No rclpy here."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A whole trajectory solved before its first step, a little at a time. No ROS here."""
+"""A whole trajectory solved before its first step, a little at a time. No rclpy here."""
 
 from __future__ import annotations
 

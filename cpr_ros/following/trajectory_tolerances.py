@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whether motors are as near to a trajectory as its order wants, sent and measured. No ROS here.
+"""Whether motors are as near to a trajectory as its order wants, sent and measured. No rclpy here.
 
 Commands show how much slower it has been than ordered. Motors that are measured may lag behind their
 commands, or not follow them at all.

@@ -21,7 +21,7 @@ from ..messages.conversions import Frames
 from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.waiting_requests import WaitingRequests
 from ..operation.session import Session
-from ..settings.parameters import LiveParameters
+from ..settings.node_settings import LiveParameters
 from .inputs import Inputs
 from .move_action import MoveAction
 from .requests import Requests

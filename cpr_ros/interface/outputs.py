@@ -38,7 +38,7 @@ from ..middleware.other_commanders import OtherCommanders
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from ..operation.session import Session
 from ..process.in_pieces import Work
-from ..settings.parameters import Parameters
+from ..settings.node_settings import Parameters
 from .diagnostics import diagnostic_array, wrench_status
 
 __all__ = ["LATCHED", "Outputs", "promised"]

@@ -14,7 +14,7 @@ from cpr_core import InvalidRequest
 from ..operation.kept_state import state_folder
 
 if TYPE_CHECKING:
-    from ..settings.parameters import Parameters
+    from ..settings.node_settings import Parameters
 
 __all__ = ["MapFolder"]
 

@@ -34,7 +34,7 @@ from ..following.trajectory_following import Ending, Motion, Trajectories
 from ..following.trajectory_order import TrajectoryOrder
 from ..following.watchdog import Watchdog
 from ..messages.conversions import Frames
-from ..settings.parameters import LiveParameters, Parameters
+from ..settings.node_settings import LiveParameters, Parameters
 from .admission import Admission
 from .senses import Senses
 from .solver import Solver

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where a robot is when the node begins to move it. No ROS here."""
+"""Where a robot is when the node begins to move it. No rclpy here."""
 
 from __future__ import annotations
 

@@ -15,8 +15,8 @@ from cpr_ros.closed_loop.pose_loop import LoopStatus
 from cpr_ros.following.goals import PoseGoal, motor_steps
 from cpr_ros.messages.conversions import Frames
 from cpr_ros.operation.session import Session
+from cpr_ros.settings.node_settings import LiveParameters, Parameters, live_parameters
 from cpr_ros.settings.parameter_table import PARAMETERS
-from cpr_ros.settings.parameters import LiveParameters, Parameters, live_parameters
 from helpers.drive import THRESHOLDS, robot
 from helpers.soft_robot import SoftRobot
 

@@ -14,8 +14,8 @@ from sensor_msgs.msg import JointState
 from cpr_ros.following.trajectory_order import TrajectoryOrder
 from cpr_ros.messages.conversions import Frames, fill_equilibrium
 from cpr_ros.operation.session import Session
+from cpr_ros.settings.node_settings import Parameters, live_parameters
 from cpr_ros.settings.parameter_table import PARAMETERS
-from cpr_ros.settings.parameters import Parameters, live_parameters
 from helpers.drive import PERIOD, SETTINGS, robot
 
 FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}

@@ -169,15 +169,6 @@ def test_the_library_knows_no_ros():
     assert imports_from(files, ros) == []
 
 
-def test_what_decides_where_the_robot_goes_knows_no_rclpy():
-    files = [ROOT / "cpr_ros/operation/session.py"]
-    for floor in ("following", "closed_loop"):
-        files += (ROOT / "cpr_ros" / floor).rglob("*.py")
-    assert len(files) > 15
-    assert imports_from(files, {"rclpy"}) == []
-    assert imports_from([ROOT / "cpr_ros/node.py"], {"rclpy"})
-
-
 def test_every_floor_says_what_it_is_for():
     for name in FLOORS:
         file = ROOT / Path(*name.split("."))

@@ -25,7 +25,7 @@ from cpr_ros.interface.first_measured import first_measured
 from cpr_ros.interface.inputs import Inputs
 from cpr_ros.operation.session import Session
 from cpr_ros.setpoint_topics import SETPOINTS
-from cpr_ros.settings.parameters import Parameters, live_parameters
+from cpr_ros.settings.node_settings import Parameters, live_parameters
 
 NAN = float("nan")
 

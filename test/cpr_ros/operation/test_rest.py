@@ -17,8 +17,8 @@ from cpr_ros.following.supervision import Action, State
 from cpr_ros.following.trajectory_order import TrajectoryOrder
 from cpr_ros.messages.conversions import Frames
 from cpr_ros.operation.session import Session
+from cpr_ros.settings.node_settings import Parameters, live_parameters
 from cpr_ros.settings.parameter_table import PARAMETERS
-from cpr_ros.settings.parameters import Parameters, live_parameters
 
 DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
 HOME = np.array([2.59, 0.55])

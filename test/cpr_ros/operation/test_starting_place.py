@@ -20,8 +20,8 @@ from cpr_ros.operation.starting_place import (
     begin_at_measured,
     begin_on_way_home,
 )
+from cpr_ros.settings.node_settings import Parameters, live_parameters
 from cpr_ros.settings.parameter_table import PARAMETERS
-from cpr_ros.settings.parameters import Parameters, live_parameters
 
 DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
 FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}

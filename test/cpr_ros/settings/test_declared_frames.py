@@ -10,7 +10,7 @@ from rclpy.context import Context
 from rclpy.parameter import Parameter
 
 from cpr_core import CprError
-from cpr_ros.settings.parameters import declare
+from cpr_ros.settings.declared_parameters import declare
 
 
 @pytest.fixture(scope="module")

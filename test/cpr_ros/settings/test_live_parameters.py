@@ -9,8 +9,8 @@ import re
 import pytest
 from helpers.closed_loop import live
 
+from cpr_ros.settings.node_settings import live_problem
 from cpr_ros.settings.parameter_table import PARAMETERS
-from cpr_ros.settings.parameters import live_problem
 
 NUMBERS = [each.name for each in PARAMETERS if each.live and isinstance(each.default, float)]
 
