@@ -19,6 +19,7 @@ import signal
 import sys
 import threading
 import time
+from typing import Any
 
 import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
 import rclpy
@@ -83,16 +84,16 @@ class Circle(Node):
         Raises:
             TimeoutError: No pose comes.
         """
-        sent, begin = self.get_clock().now().nanoseconds, time.monotonic()
+        sent, begin = time.time_ns(), time.monotonic()
         self._setpoint.publish(target)
         while (left := begin + 1.0 / RATE - time.monotonic()) > 0.0 or self._posed <= sent:
             if left < -SILENCE:
                 raise TimeoutError("cpr_node publishes its platform pose no more")
             rclpy.spin_once(self, timeout_sec=left if left > 0.0 else 0.1)
 
-    def _on_pose(self, pose: PoseStamped) -> None:
+    def _on_pose(self, pose: PoseStamped, about: dict[str, Any]) -> None:
         self.pose = pose
-        self._posed = 10**9 * pose.header.stamp.sec + pose.header.stamp.nanosec
+        self._posed = about["source_timestamp"]  # by DDS: stamps of a simulation are another time
         if self._target is not None:
             measured, target = pose.pose.position, self._target.pose.position
             error = math.dist((measured.x, measured.y, measured.z), (target.x, target.y, target.z))

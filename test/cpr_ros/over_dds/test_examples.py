@@ -17,7 +17,7 @@ from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
 from helpers.example_process import EXAMPLES, started_example
-from helpers.node_process import TIMEOUT, Client, free_domain
+from helpers.node_process import TIMEOUT, Client, free_domain, running_node
 from rclpy.action import ActionServer
 from std_srvs.srv import SetBool
 
@@ -186,3 +186,13 @@ def test_the_circle_says_when_nobody_is_there():
     )
     assert done.returncode == 1
     assert "no cpr_node" in done.stderr
+
+
+def test_the_circle_is_driven_in_simulated_time(tmp_path):
+    """Its clock was compared with stamps of another time, here 0, and no pose came late enough."""
+    with running_node(tmp_path, "robot:=rfrfr", "use_sim_time:=true") as running:
+        circle = started_example(running.client, "circle.py", "--radius", "0.01", "--period", "0.5")
+        running.client.spin_until(lambda: circle.poll() is not None, timeout=60.0)
+        said = circle.stdout.read()
+        assert circle.returncode == 0, said
+        assert "largest distance from the newest setpoint" in said
