@@ -119,12 +119,10 @@ def test_a_result_is_forgotten_in_time_while_simulated_time_stands_still(bench, 
     begun = time.monotonic()
     goals = [bench.send() for _ in range(3)]
     told = [bench.status(goal) for goal in goals]
-    ended = time.monotonic()
     assert told == [GoalStatus.STATUS_SUCCEEDED] * 3
     bench.until(lambda: bench.status(goals[0]) == GoalStatus.STATUS_UNKNOWN)
     assert time.monotonic() - begun > KEPT
     bench.until(lambda: bench.status(goals[2]) == GoalStatus.STATUS_UNKNOWN)
-    assert time.monotonic() - ended < KEPT + 5.0
     assert bench.status(bench.send()) == GoalStatus.STATUS_SUCCEEDED
 
 
