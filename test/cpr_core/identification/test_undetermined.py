@@ -99,6 +99,14 @@ def test_words(rows, values, words):
         assert line.endswith(text)
 
 
+@pytest.mark.parametrize("entry", ["[0]", "[0,1]", "[*]"])
+def test_places_are_no_ratio_whatever_entries_are_named(entry):
+    row = np.array([[0.6, 0.8]])
+    names = (f"legs[0].base.position{entry}", "rod.length")
+    found = unseen_in_words(row, np.ones(2), np.ones(2), names, np.array([6.0, 8.0]))
+    assert found[0].endswith(f"{names[0]} by +0.75, {names[1]} by +1")
+
+
 def test_directions_are_taken_apart():
     mixed = np.linalg.qr(np.random.default_rng(0).normal(size=(2, 2)))[0]
     rows = mixed @ [[1, 0, 0, 0], [0, 0.6, 0.8, 0]]
