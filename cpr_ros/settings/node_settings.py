@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from cpr_core import CprError, Robot
@@ -21,7 +21,9 @@ from .parameter_table import THRESHOLDS
 
 __all__ = ["LiveParameters", "Parameters", "live_parameters", "live_problem"]
 
-#: Parameters by the fields of the settings that have their values.
+#: Parameters that are fields of the settings of setpoint following.
+_FOLLOWING = ("hysteresis", "max_speed", "setpoint_timeout")
+#: Parameters by the fields of the other settings that have their values.
 _LOOP = {
     "gain": "loop_gain",
     "max_correction": "loop_max_correction",
@@ -140,31 +142,20 @@ class LiveParameters:
     felt_wrench: WrenchSettings
 
 
+#: Parameters that are fields of the live ones themselves.
+_OWN = tuple(field.name for field in fields(LiveParameters) if field.type == "float")
+
+
 def live_parameters(value: Callable[[str], Any]) -> LiveParameters:
     """Live parameters from a function that gives the value of a name."""
     thresholds = {
         name: Threshold(value(f"{name}_warning"), value(f"{name}_stop")) for name in THRESHOLDS
     }
-    settings = Settings(
-        thresholds=thresholds,
-        hysteresis=value("hysteresis"),
-        max_speed=value("max_speed"),
-        setpoint_timeout=value("setpoint_timeout"),
-    )
+    settings = Settings(thresholds=thresholds, **{name: value(name) for name in _FOLLOWING})
     loop = LoopSettings(**{field: value(name) for field, name in _LOOP.items()})
     felt_wrench = WrenchSettings(**{field: value(name) for field, name in _FELT_WRENCH.items()})
-    return LiveParameters(
-        settings,
-        value("wrench_timeout"),
-        value("measured_timeout"),
-        value("moved_tolerance"),
-        value("max_lead"),
-        value("arrived_tolerance"),
-        value("time_limit"),
-        loop,
-        value("twist_timeout"),
-        felt_wrench,
-    )
+    own = {name: value(name) for name in _OWN}
+    return LiveParameters(settings=settings, loop=loop, felt_wrench=felt_wrench, **own)
 
 
 def live_problem(live: LiveParameters, changed: Collection[str] | None = None) -> str:
@@ -183,24 +174,11 @@ def live_problem(live: LiveParameters, changed: Collection[str] | None = None) -
     problem = thresholds_problem(live.settings.thresholds, together)
     if not problem and not live.settings.max_speed > 0.0:
         problem = f"expected a positive max_speed, got {live.settings.max_speed}"
-    for name in ("max_speed", "hysteresis", "setpoint_timeout"):
-        if not problem and not getattr(live.settings, name) < float("inf"):
-            problem = f"expected a finite {name}"
-    for name in (
-        "wrench_timeout",
-        "measured_timeout",
-        "moved_tolerance",
-        "max_lead",
-        "arrived_tolerance",
-        "time_limit",
-        "twist_timeout",
-    ):
-        if not problem and not getattr(live, name) < float("inf"):
-            problem = f"expected a finite {name}"
-    for field, name in _LOOP.items():
-        if not problem and not math.isfinite(getattr(live.loop, field)):
-            problem = f"expected a finite {name}"
-    for field, name in _FELT_WRENCH.items():
-        if not problem and not math.isfinite(getattr(live.felt_wrench, field)):
+    numbers = {name: getattr(live.settings, name) for name in _FOLLOWING}
+    numbers |= {name: getattr(live, name) for name in _OWN}
+    numbers |= {name: getattr(live.loop, field) for field, name in _LOOP.items()}
+    numbers |= {name: getattr(live.felt_wrench, field) for field, name in _FELT_WRENCH.items()}
+    for name, number in numbers.items():
+        if not problem and not math.isfinite(number):
             problem = f"expected a finite {name}"
     return problem
