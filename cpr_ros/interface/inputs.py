@@ -152,6 +152,10 @@ class Inputs:
 
     def _motor_setpoint(self, session: Session, message: JointState, now: float) -> None:
         robot, current = session.robot, session.solver.current.equilibrium.motors
+        if len(message.name) == robot.motor_count:  # all of them, or names that are refused
+            motors = motor_setpoint(robot, message, current)
+            session.follow(MotorSetpoint(robot, motors, np.full(len(motors), now)), now)
+            return
         others = session.follower.other_motors(current, now)
         motors = motor_setpoint(robot, message, others.positions)
         since = others.since.copy()
