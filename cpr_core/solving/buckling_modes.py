@@ -46,13 +46,15 @@ def buckling_modes(exact: Equilibrium) -> list[int]:
     legs, tips = robot.numbers.legs, tip_poses(robot, exact.state)
     for leg, tip, described in zip(legs, tips, robot.description.legs, strict=True):
         chord = (tip.position - described.base_position)[: leg.forces.stop - leg.forces.start]
-        pushed[leg.forces] += robot.arrays.unit[leg.forces] * chord / np.linalg.norm(chord)
+        distance = float(np.linalg.norm(chord))
+        if distance > 0.0:
+            pushed[leg.forces] += robot.arrays.unit[leg.forces] * chord / distance
     place = exact.platform_rotation, exact.platform_position
     units = np.outer(robot.arrays.unit, robot.arrays.unit) / robot.arrays.energy_unit
     tangent = units * evaluate(robot, exact.load_arrays, exact.state, *place).tangent
     stiffened = units * evaluate(robot, exact.load_arrays, pushed, *place).tangent - tangent
     found = []
-    for leg in legs:
+    for leg in filter(lambda leg: leg.rods, legs):
         passive = [index for index in leg.coordinates if index is not None]
         passive = [index for index in passive if index < robot.numbers.platform_index]
         found += [_enough(leg, passive, tangent, stiffened)] * len(leg.rods)

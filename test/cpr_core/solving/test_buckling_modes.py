@@ -6,6 +6,7 @@
 import numpy as np
 import pytest
 from helpers.columns import AT_TIP, BENDING, LENGTH, Guided, column
+from helpers.rigid_leg import rigid_leg
 
 from cpr_core import load_robot, solve_forward, solve_home
 from cpr_core.description import joints, motors
@@ -117,6 +118,13 @@ def test_no_tolerance_leaves_fewer_than_legs_buckle_with(name):
     assert min(wanted) >= 3
     for rod, fewest in zip(chosen, wanted, strict=True):
         assert min(rod.modes.counts[first:]) >= fewest
+
+
+def test_legs_without_rods_buckle_nowhere():
+    robot = rigid_leg()
+    rods = len(robot.description.rods)
+    assert len(robot.numbers.legs) > rods == len(buckling_modes(solve_home(robot)))
+    assert len(choose_modes(robot, 1e-4).description.rods) == rods
 
 
 def test_legs_that_are_bent_far_get_what_clamped_ones_take_at_most():
