@@ -105,6 +105,9 @@ def critical_load(
     size = np.abs(axis).max()
     if size < 1e-12:
         raise InvalidRequest("direction", f"expected a direction, got {axis.tolist()}")
+    if equilibrium.robot.planar and axis[2] != 0.0:
+        problem = f"expected z = 0 of a planar robot, got {axis.tolist()}"
+        raise InvalidRequest("direction", problem)
     axis = axis / size  # the squares of large numbers are infinite
     axis /= np.linalg.norm(axis)
     natural = float(equilibrium.robot.wrench_units[FIRST_LINEAR])

@@ -228,6 +228,8 @@ def test_questions_without_an_answer_are_refused():
     robot = load_robot("six_rfs")
     with pytest.raises(InvalidRequest, match="direction"):
         critical_load(solve_home(robot), [0.0, 0.0, 0.0])
+    with pytest.raises(InvalidRequest, match="direction: expected z = 0 of a planar robot"):
+        critical_load(solve_home(load_robot("rfrfr")), [0.0, -1.0, 0.1])
     moment = Loads.none().with_(wrench_world=[0, 0, 0.01, 0, 0, 0])
     turned = solve_forward(robot, solve_home(robot).motors, loads=moment)
     with pytest.raises(InvalidRequest, match="potential"):
