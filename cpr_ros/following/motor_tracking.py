@@ -21,6 +21,7 @@ from .refused_step import RefusedStep, Step
 from .setpoint_following import ARRIVED, SetpointFollower
 from .steps import LONGEST_SOLVE, Undecided, attempt, change_between
 from .supervision import Refusal, State
+from .two_places import TwoPlaces, apart_in_words
 from .watchdog import Watchdog
 
 __all__ = ["MotorTracking"]
@@ -60,19 +61,33 @@ class MotorTracking:
         self._told: tuple[float, Floats] | None = None
         self._velocity = np.zeros(robot.motor_count)
         self._beyond = ""
+        self._places, self._apart = TwoPlaces(robot), 0.0
         self._refused = RefusedStep()
         self.at_rest = False
 
-    def take(self, motors: ArrayLike, now: float) -> None:
-        """Take measured motors, (n,) [rad or m]; the newest count."""
+    def take(self, motors: ArrayLike, now: float, tolerance: float = 0.0) -> None:
+        """Take measured motors; the newest count.
+
+        Args:
+            motors: (n,) [rad or m].
+            now: Steady time [s].
+            tolerance: Motors that are measured there and back by more are in two places, if they would
+                also be twice as fast as they may be [rad, rod lengths]; 0: never.
+        """
         within, self._beyond = within_range(self.robot, motors)
-        self._goal, self._taken = MotorGoal(self.robot, within), now
+        goal = MotorGoal(self.robot, within)
+        if tolerance > 0.0:
+            possible = 2.0 * self._judge.settings.max_speed * (now - self._taken)
+            still = np.zeros(self.robot.motor_count)
+            self._apart = self._places.take(goal.motors, still, max(tolerance, possible), now)
+        self._goal, self._taken = goal, now
         self.watchdog.feed(now)
         self.at_rest = False
 
     def forget(self) -> None:
         """Be as if no measured motors had ever come."""
         self._goal, self.at_rest = None, False
+        self._places, self._apart = TwoPlaces(self.robot), 0.0
         self.watchdog.forget()
 
     def velocity(self, period: float) -> Floats:
@@ -103,6 +118,9 @@ class MotorTracking:
             unknown = Refusal("stale", "the measured motors are too old to tell where the robot is")
             return Outcome(current, False, State.STALE, self._judge.judge(current, unknown))
         goal = self._goal
+        if self._apart > 0.0:
+            refusal = Refusal("stale", apart_in_words(self._apart))
+            return Outcome(current, False, State.LOST, self._judge.judge(current, refusal))
         if self._beyond:
             refusal = Refusal("motor_range", self._beyond)
             return Outcome(current, False, State.LOST, self._judge.judge(current, refusal))

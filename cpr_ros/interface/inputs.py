@@ -209,7 +209,7 @@ class Inputs:
             raise
         else:
             if session.tracking is not None:
-                session.tracking.take(motors, now)
+                session.tracking.take(motors, now, session.others.tolerance)
             elif session.take_measured(motors, now):
                 self._place(motors)
         finally:

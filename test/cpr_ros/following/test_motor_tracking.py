@@ -26,7 +26,7 @@ class Tracking:
     def tick(self, motors=None):
         self.now += 0.005
         if motors is not None:
-            self.tracker.take(motors, self.now)
+            self.tracker.take(motors, self.now, tolerance=0.1)
         outcome = self.tracker.tick(self.current, self.current.equilibrium.loads, self.now)
         self.current = outcome.assessment
         return outcome
@@ -171,3 +171,27 @@ def test_motors_for_which_there_was_no_time_are_tried_again(monkeypatch):
     assert outcome.state == State.LOST
     assert outcome.verdict.text == "no equilibrium is found within 0 s"
     assert tracking.tick([2.60, 0.54]).state == State.TRACKING
+
+
+def test_what_is_measured_in_two_places_is_lost_until_it_is_in_one():
+    """It was TRACKING with NONE, at the one place and the other."""
+    tracking = Tracking("rfrfr")
+    home = solve_home(tracking.robot).motors
+    for number in range(200):
+        outcome = tracking.tick(home + [0.3 * (number % 2), 0.0])
+        if number > 20:
+            assert (outcome.state, outcome.verdict.action) == (State.LOST, Action.HALT)
+            assert "measured in two places in turn, 0.3" in outcome.verdict.text
+    states = [tracking.tick(home).state for _ in range(700)]
+    assert states[0] == State.LOST and states[-1] == State.TRACKING
+    assert states == sorted(states, key=lambda state: state == State.TRACKING)
+
+
+def test_motors_that_swing_as_fast_as_they_may_are_in_one_place():
+    """However seldom they are measured."""
+    tracking = Tracking("rfrfr")
+    home, speed = solve_home(tracking.robot).motors, SETTINGS.max_speed
+    for number in range(600):
+        swung = home + [0.3 * np.sin(speed / 0.3 * tracking.now), 0.0]
+        outcome = tracking.tick(swung if number % 40 == 0 else None)
+        assert outcome.state in (State.TRACKING, State.IDLE)
