@@ -33,6 +33,8 @@ _GESTURE = 0.5
 _BESIDE = 25
 #: What was typed is over after so long [s].
 _SETTLED = 1.0
+#: A motor may go on for so long to where it was sent before [s].
+_SETTING_OFF = 0.5
 #: More keys are not pressed between two messages of a browser.
 _MOST_KEYS = 20
 #: To half of this the browser rounds, and a step is much more [rad or m].
@@ -71,7 +73,10 @@ class MotorSliders:
             low, high = min(low, at), max(high, at)
             step = _step(high - low) if high > low else 1.0
             handle = gui.add_slider(f"{motor.name} [{motor.unit}]", low, high, step, at)
-            slider = _MotorSlider(handle, partial(moved, number), partial(typed, motor.name))
+            limits = motor.limits.lower, motor.limits.upper
+            slider = _MotorSlider(
+                handle, limits, partial(moved, number), partial(typed, motor.name)
+            )
             self._sliders.append(slider)
 
     def done(self, number: int, position: float) -> None:
@@ -107,18 +112,22 @@ class _MotorSlider:
     """
 
     def __init__(
-        self, handle: Any, moved: Callable[[float], None], typed: Callable[[], None]
+        self,
+        handle: Any,
+        limits: tuple[float, float],
+        moved: Callable[[float], None],
+        typed: Callable[[], None],
     ) -> None:
-        self.handle, self._moved, self._typed = handle, moved, typed
+        self.handle, self._limits, self._moved, self._typed = handle, limits, moved, typed
         #: Where we have put it, and where a hand or we have put it last.
         self._put = self._last = self.done = handle.value
         #: How often the browser has said something, and whether the newest is a number that was typed.
         self._heard, self._typing = 0, False
         #: When a hand has moved it [s].
         self._dragged = -math.inf
-        #: Where the motor was sent, and whether it has come there.
+        #: Where the motor was sent, when [s], and how near it has come since.
         self._sent: float | None = None
-        self._come = False
+        self._sent_at, self._nearest = -math.inf, math.inf
 
         async def tell(event: Any) -> None:
             if event.client_id is not None:  # else the page itself has put it there
@@ -161,21 +170,24 @@ class _MotorSlider:
         self._heard += 1
 
     def expect(self, position: float) -> None:
-        """The motor was sent somewhere, if its limits let it."""
-        at = min(max(position, self.handle.min), self.handle.max)
-        self.put(at)
-        self._sent, self._come = at, False
+        """The motor was sent somewhere, as far as its limits let it."""
+        lower, upper = self._limits
+        self._sent, self._sent_at = min(max(position, lower), upper), time.monotonic()
+        self._nearest = math.inf
+        self.put(self._sent)
 
     def expects(self, at: float) -> bool:
         """Whether the motor, which is at a position, is on its way to where it was sent, or there.
 
-        Else others have moved it since, by more than a step.
+        Else others move it: it goes away from there, by more than a step.
         """
         if self._sent is None:
             return False
-        near = abs(at - self._sent) <= self.handle.step
-        self._come = self._come or near
-        if self._come and not near:
+        if time.monotonic() - self._sent_at < _SETTING_OFF:
+            return True
+        left = abs(at - self._sent)
+        self._nearest = min(self._nearest, left)
+        if left > self._nearest + self.handle.step:
             self._sent = None
         return self._sent is not None
 

@@ -78,8 +78,7 @@ class MotorTracking:
         goal = MotorGoal(self.robot, within)
         if tolerance > 0.0:
             possible = 2.0 * self._judge.settings.max_speed * (now - self._taken)
-            still = np.zeros(self.robot.motor_count)
-            self._apart = self._places.take(goal.motors, still, max(tolerance, possible), now)
+            self._apart = self._places.take(goal.motors, None, max(tolerance, possible), now)
         self._goal, self._taken = goal, now
         self.watchdog.feed(now)
         self.at_rest = False

@@ -55,7 +55,7 @@ class MovedByOthers:
         self._max_speed, self._patience = math.inf, SETTLING
         self._commanded = self._set_off = -math.inf
         self._in_motion = self._waited_for = False  # when the way was measured
-        self._places = TwoPlaces(robot)
+        self._places, self._apart = TwoPlaces(robot), 0.0
         self._resting: Floats | None = None
         self._resting_since = self._far_since = math.inf
 
@@ -73,13 +73,13 @@ class MovedByOthers:
     def tolerance(self, tolerance: float) -> None:
         self._tolerance = tolerance
         # Only a measurement tells that they are elsewhere.
-        self.away, self.doubt = self.away and self._words(), self.doubt and self._words_of_doubt()
+        self.away, self.doubt = self.away and self._where(), self.doubt and self._words_of_doubt()
 
     def commanded(self, now: float) -> None:
         """Take note of a new command, or that the motors are known to be where the node has them."""
         if now - self._commanded >= SETTLING:
             self._set_off = now
-        self._commanded, self.away, self.doubt = now, "", ""
+        self._commanded, self.away, self.doubt, self._apart = now, "", "", 0.0
 
     def look(self, now: float) -> None:
         """Where nothing comes after a doubt, nobody knows where the motors are: they are elsewhere."""
@@ -125,11 +125,12 @@ class MovedByOthers:
         far = self._words()
         self._far_since = min(self._far_since, now) if far else math.inf
         self.away, self.doubt = "", ""
+        self._apart = 0.0
         if commands is not None and self._tolerance > 0.0:
-            apart = self._places.take(measured, commands, self._tolerance, now)
-            if apart > 0.0:
-                self.away = apart_in_words(apart)
-                return False
+            self._apart = self._places.take(measured, commands, self._tolerance, now)
+        if self._apart > 0.0:
+            self.away = self._where()
+            return False
         if self._in_motion and not stuck:
             return False
         if far and now - min(self._far_since, self._resting_since) >= _CERTAIN:
@@ -139,6 +140,12 @@ class MovedByOthers:
         # Those that do not follow are begun with a little later: it is told first that they do not.
         rest = now - self._resting_since >= SETTLING and not self._in_motion
         return bool(self.away) and rest
+
+    def _where(self) -> str:
+        """That they are in two places, or elsewhere, if the tolerance of now has it so."""
+        if 0.0 < self._tolerance < self._apart:
+            return apart_in_words(self._apart)
+        return self._words()
 
     def _words_of_doubt(self) -> str:
         """That they may be elsewhere, if the tolerance of now has it so."""

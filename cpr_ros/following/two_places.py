@@ -41,32 +41,45 @@ class TwoPlaces:
         """
         self._units = robot.motor_units.tolist()
         #: The last two measurements with the commands of then.
-        self._before: deque[tuple[Floats, Floats]] = deque(maxlen=2)
+        self._before: deque[tuple[Floats, Floats | None]] = deque(maxlen=2)
         #: When one came back, and from how far.
         self._often, self._returns = often, deque[tuple[float, float]](maxlen=often)
 
-    def take(self, measured: Floats, commands: Floats, tolerance: float, now: float) -> float:
+    def take(
+        self, measured: Floats, commands: Floats | None, tolerance: float, now: float
+    ) -> float:
         """Take measured motors; how far apart the places are [rad, rod lengths], 0 where there is one.
 
         Args:
             measured: (n,) [rad or m].
-            commands: Where they were sent, (n,).
+            commands: Where they were sent, (n,): what is as near to that as is tolerated is one place.
+                None: nobody knows.
             tolerance: Ways that are no larger do not matter.
             now: Steady time [s].
         """
         if len(self._before) == 2:
             (start, at_start), (out, at_out) = self._before
-            there, back = self._way(start, out), self._way(out, measured)
-            way, left = min(there, back), self._way(start, measured)
-            sent = max(self._way(at_start, at_out), self._way(at_out, commands))
-            if way > tolerance and max(left, sent) < _BACK * way:
+            way = min(self._way(start, out), self._way(out, measured))
+            others = (
+                self._way(start, measured),
+                self._way(at_start, at_out),
+                self._way(at_out, commands),
+            )
+            away = max(
+                self._way(start, at_start), self._way(out, at_out), self._way(measured, commands)
+            )
+            elsewhere = commands is None or away > tolerance
+            if elsewhere and way > tolerance and max(others) < _BACK * way:
                 self._returns.append((now, way))
         self._before.append((measured, commands))
         if len(self._returns) < self._often or now - self._returns[0][0] > _WITHIN:
             return 0.0
         return self._returns[-1][1]
 
-    def _way(self, first: Floats, last: Floats) -> float:
+    def _way(self, first: Floats | None, last: Floats | None) -> float:
+        """Largest way of a motor; none where one of the places is not known."""
+        if first is None or last is None:
+            return 0.0
         return largest_way(first, last, self._units)
 
 

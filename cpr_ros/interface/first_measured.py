@@ -60,7 +60,7 @@ def first_measured(
     given_up: Callable[[], bool],
     tolerance: float = 0.0,
 ) -> FirstMeasured:
-    """Motors of the next message that has them all; of several publishers, if they agree.
+    """Motors of the next message that has them all; of several publishers the newest, if they agree.
 
     Waits without an executor, for a node that is about to become active.
 
@@ -76,8 +76,8 @@ def first_measured(
         return FirstMeasured(None, f"{MEASURED} is {own}, where the node itself publishes")
     joints, useless = dict[str, None](), ""
     subscription = node.create_subscription(JointState, MEASURED, lambda _: None, _QUEUE)
-    first: NDArray[np.float64] | None = None
-    places = TwoPlaces(robot, often=1)
+    newest: NDArray[np.float64] | None = None
+    places = TwoPlaces(robot, often=2)  # once may be a number that is wrong
     try:
         end = time.monotonic() + wait
         while time.monotonic() < end and not given_up():
@@ -95,16 +95,17 @@ def first_measured(
                 else:
                     useless = str(error)
                 continue
-            if first is None:
-                first, end = motors, time.monotonic() + _SEVERAL
+            if newest is None:
+                end = time.monotonic() + _SEVERAL
+            newest = motors
             if not tolerance or other_publishers(node, MEASURED) < 2:
                 break
-            if apart := places.take(motors, first, tolerance, time.monotonic()):
+            if apart := places.take(motors, None, tolerance, time.monotonic()):
                 return FirstMeasured(None, f"{apart_in_words(apart)} {_publishers(node)}")
     finally:
         node.destroy_subscription(subscription)
-    if first is not None:
-        return FirstMeasured(first, "")
+    if newest is not None:
+        return FirstMeasured(newest, "")
     return FirstMeasured(None, f"{_came(list(joints), useless)}; {_publishers(node)}")
 
 

@@ -42,7 +42,7 @@ class LongAction(ABC):
             kind: Its type.
             name: Its name.
         """
-        self._node, self._clock = node, ResultClock(node, _RESULT_KEPT)
+        self._node, self._clock = node, ResultClock(node, _RESULT_KEPT, self._forget)
         self._server = ActionServer(
             self._clock,
             kind,
@@ -98,6 +98,17 @@ class LongAction(ABC):
     def _take(self, goal: Any) -> GoalResponse:
         self._clock.begin_to_accept()
         return GoalResponse.ACCEPT
+
+    def _forget(self) -> None:
+        """Forget results that were kept for long enough.
+
+        The timer of rcl_action comes too late for those that are left: it is set anew with the period of
+        before.
+        """
+        server = self._server
+        if server._goal_handles:
+            over = server._handle.expire_goals(len(server._goal_handles))
+            self._node.executor.create_task(server._execute_expire_goals, over)
 
     def _accept(self, handle: ServerGoalHandle) -> None:
         self._clock.accepted()

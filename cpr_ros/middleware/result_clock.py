@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.clock import Clock, ClockType, ROSClock
@@ -21,25 +22,31 @@ class ResultClock:
     """Reads ROS time while a goal is accepted, and else the steady time it was last set to.
 
     rcl_action asks one clock for the stamps of goals, which clients may cancel by, and for how long it
-    has kept a result. By simulated time a result was lost with a jump, and kept for ever in a pause.
+    has kept a result. By simulated time a result was lost with a jump, and kept for ever in a pause. In
+    real time it is the clock of the node.
 
     An action server is made for it in place of the node, and must not outlive it.
     """
 
-    def __init__(self, node: Node, kept: float) -> None:
+    def __init__(self, node: Node, kept: int, forget: Callable[[], None]) -> None:
         """No goal has come yet.
 
         Args:
             node: The node, with its ROS time.
             kept: How long results are kept [s].
+            forget: Is called again and again while some are, to forget what was kept for long enough.
         """
-        self._node, self._kept, self._ended = node, kept, 0.0
+        self._node, self._forget = node, forget
+        self._kept, self._ended = kept * 10**9, 0
+        self._simulated = bool(node.get_parameter("use_sim_time").value)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._clock = ROSClock()  # the only kind that can be set
-        with self._clock.handle:
-            self._clock.handle.set_ros_time_override_is_enabled(True)
+        #: Of simulated time a clock of the kind that can be set.
+        self._clock = ROSClock() if self._simulated else node.get_clock()
         self._timer: Any = None
-        self._set_to_steady_time()
+        if self._simulated:
+            with self._clock.handle:
+                self._clock.handle.set_ros_time_override_is_enabled(True)
+            self._set_to_steady_time()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._node, name)
@@ -50,14 +57,18 @@ class ResultClock:
 
     def begin_to_accept(self) -> None:
         """A goal is about to be stamped."""
-        self._clock.set_ros_time_override(self._node.get_clock().now())
+        if self._simulated:
+            self._clock.set_ros_time_override(self._node.get_clock().now())
 
     def accepted(self) -> None:
         """It was stamped."""
-        self._set_to_steady_time()
+        if self._simulated:
+            self._set_to_steady_time()
 
     def ending(self) -> None:
         """A goal is about to end: its result is kept from now on."""
+        if not self._simulated:
+            return
         self._ended = self._set_to_steady_time()
         if self._timer is None:
             self._timer = self._node.create_timer(1.0 / _RATE, self._go_on, clock=self._steady)
@@ -70,10 +81,11 @@ class ResultClock:
 
     def _go_on(self) -> None:
         if self._set_to_steady_time() - self._ended > self._kept:
-            self.close()  # rcl_action forgets the last one
+            self.close()
+        self._forget()
 
-    def _set_to_steady_time(self) -> float:
-        """Steady time [s]; with it rcl_action forgets what it has kept for long enough."""
+    def _set_to_steady_time(self) -> int:
+        """Steady time [ns]."""
         now = self._steady.now().nanoseconds
         self._clock.set_ros_time_override(Time(nanoseconds=now, clock_type=ClockType.ROS_TIME))
-        return 1e-9 * now
+        return now

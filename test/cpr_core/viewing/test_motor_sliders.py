@@ -17,6 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cpr_core
+from cpr_core.viewing import motor_sliders
 from cpr_core.viewing.motor_sliders import MotorSliders, _step, by_hand
 
 #: Lower end and reach of sliders: a motor that turns, a feed, a small stage, a geared motor.
@@ -170,13 +171,20 @@ def test_what_was_typed_before_sliders_were_forgotten_is_not_put_back_after(slid
     assert not moved and slider.value == 1.0
 
 
+@pytest.fixture
+def at_once(monkeypatch):
+    """Motors set off at once to where they are sent."""
+    monkeypatch.setattr(motor_sliders, "_SETTING_OFF", 0.0)
+
+
+@pytest.mark.usefixtures("at_once")
 def test_a_motor_that_others_move_takes_its_slider_with_it(sliders):
     """Else the next key sent it back to where the hand had sent it before."""
     made, slider, _, _ = sliders
     sent = slider.min + 900 * slider.step
     in_own_loop(slider.hear(sent))
     made.expect(0, sent)
-    for at in (2.59, 1.0, sent + 0.4 * slider.step, sent):  # on its way, and there
+    for at in (2.59, 2.3, 2.3, sent + 0.4 * slider.step, sent):  # on its way, and there
         made.show([at, 0.55])
         assert slider.value == sent
     made.show([sent + 0.9 * slider.step, 0.6])
@@ -187,11 +195,50 @@ def test_a_motor_that_others_move_takes_its_slider_with_it(sliders):
         assert slider.value == at
 
 
-def test_a_motor_that_is_sent_beyond_its_range_is_expected_at_its_end(sliders):
+@pytest.mark.usefixtures("at_once")
+def test_so_does_one_that_never_came(sliders):
+    """Halted on its way, and then moved by others."""
+    made, slider, _, _ = sliders
+    made.expect(0, 3.0)
+    for at in (2.59, 2.7, 2.8, 2.8, 2.8 - 0.9 * slider.step):
+        made.show([at, 0.55])
+        assert slider.value == 3.0
+    for at in (2.6, 2.9, 3.0):
+        made.show([at, 0.55])
+        assert slider.value == at
+
+
+def test_a_motor_that_goes_on_to_where_it_was_sent_before_leaves_the_hand_its_slider(sliders):
+    """A hand that turned back lost it to the next picture."""
     made, slider, moved, _ = sliders
-    made.expect(0, slider.max + 1.0)
+    back = slider.min + 900 * slider.step
+    made.expect(0, back)
+    for at in (back - 0.01, back + 0.02, back + 0.03):
+        made.show([at, 0.55])
+        assert slider.value == back and not moved
+
+
+def test_a_motor_that_is_sent_beyond_its_slider_widens_it(sliders):
+    """A motor without limits: the next key sent it back to where the slider had ended."""
+    made, slider, moved, _ = sliders
+    far = slider.max + 1.0
+    made.expect(0, far)
+    assert slider.value == slider.max == far
     made.show([2.59, 0.55])
-    assert slider.value == slider.max and not moved
-    made.forget()
-    made.show([2.59, 0.55])
-    assert slider.value == 2.59
+    assert slider.value == far
+    in_own_loop(slider.hear(far - slider.step))
+    assert moved == [(0, far - slider.step)]
+
+
+def test_a_motor_that_is_sent_beyond_its_limits_is_expected_at_its_end():
+    made = MotorSliders(
+        SimpleNamespace(add_slider=Slider),
+        cpr_core.load_robot("gough_stewart"),
+        cpr_core.solve_home(cpr_core.load_robot("gough_stewart")).motors.tolist(),
+        lambda *asked: None,
+        lambda name: None,
+    )
+    slider, limits = made._sliders[0].handle, made._sliders[0]._limits
+    assert np.isfinite(limits).all()
+    made.expect(0, limits[1] + 1.0)
+    assert slider.value == slider.max == limits[1]

@@ -88,3 +88,28 @@ def test_nothing_is_believed_of_motors_that_are_measured_in_two_places(tolerance
         assert "in two places" in others.away and others.in_question
     else:
         assert words == {""}
+
+
+@given(
+    seed=st.integers(0, 1000), part=st.floats(0.1, 0.99), rate=st.sampled_from([5.0, 50.0, 200.0])
+)
+def test_noise_within_the_tolerance_of_the_commands_is_one_place(seed, part, rate):
+    """Of coarse encoders, and of a motor that trembles: it was told to be another robot."""
+    others, random = MovedByOthers(robot("rfrfr"), 0.1), np.random.default_rng(seed)
+    for k in range(200):
+        others.take(HOME + random.uniform(-0.1 * part, 0.1 * part, 2), HOME, 10.0 + k / rate)
+        assert others.in_question == ""
+
+
+def test_parameters_that_are_set_again_do_not_end_it():
+    """Half of the time the newest measurement agrees with the commands."""
+    others = MovedByOthers(robot("rfrfr"), 0.1)
+    for now, motors in said(50, 50, 1.0):
+        others.take(motors, HOME, 10.0 + now)
+        if now > 0.5:
+            others.tolerance = 0.1
+            assert "in two places" in others.away
+    others.tolerance = 0.3
+    assert "in two places" in others.away
+    others.tolerance = 0.6
+    assert others.away == ""

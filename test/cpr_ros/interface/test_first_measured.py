@@ -116,3 +116,30 @@ def test_publishers_that_agree_are_heard(arm):
     arm.until_published(2)
     motors, instead = arm.hear(5.0)
     assert motors[0] in (2.6, 2.65) and instead == ""
+
+
+def test_of_several_publishers_the_newest_measurement_counts(arm):
+    """The first one was half a second old by then."""
+    moving = JointState(name=["motor1", "motor2"], position=[2.6, 0.5])
+    arm.say(0.05, GRIPPER)
+    arm.say(0.02, moving)
+    arm.until_published(2)
+    begun = moving.position[0] = 2.6
+
+    def go_on():
+        while not arm._over.wait(0.01):
+            moving.position[0] += 0.001
+
+    arm._threads.append(threading.Thread(target=go_on))
+    arm._threads[-1].start()
+    motors, _ = arm.hear(5.0)
+    assert begun + 0.02 < motors[0] and moving.position[0] - motors[0] < 0.02
+
+
+def test_a_wrong_number_beside_a_gripper_is_none_of_two_places(arm):
+    wrong = JointState(name=["motor1", "motor2"], position=[9.9, 0.5])
+    arm.say(0.05, GRIPPER)
+    arm.say(0.8, *[MOTORS] * 3, wrong, *[MOTORS] * 3)  # once while it is listened to
+    arm.until_published(2)
+    motors, instead = arm.hear(5.0)
+    assert instead == "" and motors[0] == 2.6

@@ -50,7 +50,6 @@ class Bench:
         self.client = ActionClient(node, MoveTo, "~/move_to")
         self.cancelling = node.create_client(CancelGoal, "~/move_to/_action/cancel_goal")
         self.clock = node.create_publisher(Clock, "/clock", 1)
-        assert node.set_parameters([Parameter("use_sim_time", value=True)])[0].successful
         self.until(lambda: self.clock.get_subscription_count() == 1)
 
     def until(self, done):
@@ -87,7 +86,9 @@ def bench(request, monkeypatch):
     monkeypatch.setattr(long_action, "_RESULT_KEPT", KEPT)
     context = Context()
     rclpy.init(context=context, domain_id=free_domain())
-    node, executor = rclpy.create_node("asked", context=context), request.param(context=context)
+    simulated = Parameter("use_sim_time", value=True)
+    node = rclpy.create_node("asked", context=context, parameter_overrides=[simulated])
+    executor = request.param(context=context)
     executor.add_node(node)
     bench = Bench(node, executor)
     yield bench
@@ -124,6 +125,13 @@ def test_a_result_is_forgotten_in_time_while_simulated_time_stands_still(bench, 
     assert time.monotonic() - begun > KEPT
     bench.until(lambda: bench.status(goals[2]) == GoalStatus.STATUS_UNKNOWN)
     assert bench.status(bench.send()) == GoalStatus.STATUS_SUCCEEDED
+
+
+def test_all_results_are_forgotten_of_goals_that_come_one_after_the_other(bench):
+    begun = time.monotonic()
+    while time.monotonic() < begun + 0.8:
+        bench.send()
+    bench.until(lambda: not bench.action._server._goal_handles)
 
 
 def test_goals_are_cancelled_by_the_ros_time_they_came_at(bench):
