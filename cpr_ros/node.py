@@ -23,11 +23,13 @@ from cpr_core import CprError, load_robot
 from cpr_core.model.assessment import crossed_thresholds
 
 from .following.supervision import Action
+from .interface.first_measured import MEASURED
 from .interface.interfaces import Interfaces, answer_impossible_transitions
 from .interface.outputs import Outputs
 from .maps.map_folder import MapFolder
 from .messages.transforms import Transforms
 from .middleware.late_clients import LateClients
+from .middleware.publishers import other_publishers
 from .operation.announcements import Announcements
 from .operation.session import Session
 from .operation.starting_place import HELD
@@ -317,6 +319,8 @@ class CprNode(LifecycleNode):
             return
         try:
             self.get_logger().info(self._whereabouts.place(motors))
+            if other_publishers(self, MEASURED) > 1:
+                self._required_session().others.prove(time.monotonic())
         except Stopped:
             return
         except CprError as error:

@@ -60,6 +60,9 @@ _MANY_TURNS, _FAR = 4.0 * math.pi, 10.0
 _LEAD = 0.5
 #: Range of a joint behind a gear [rad and rod lengths], and way in a second, that are nothing.
 _NOTHING = 1e-3
+#: No speed that a motor is limited to behind its gear, rod lengths or radians per second: honest screws
+#: make a thousandth.
+_SLOWEST = 1e-4
 #: Distance that no robot has, in rod lengths.
 _BEYOND = 1e9
 #: Distance from the origin of the world, in rod lengths, from which on rounding is seen.
@@ -164,7 +167,7 @@ def _check_geared(part: Part, element: ChainElement, length: float) -> None:
         ("speed", limits.speed, f"{limits.speed:g} {element.motor_unit}/s", f"{element.unit}/s"),
     ):
         way = abs(element.ratio) * size
-        if way < _NOTHING * unit:
+        if way < (_NOTHING if name == "position" else _SLOWEST) * unit:
             _warn(
                 part,
                 f"limits.{name}",

@@ -28,8 +28,8 @@ Floats = NDArray[np.float64]
 
 #: Largest error of the force at which a leg buckles, relative.
 _EXACT = 0.01
-#: Enough for straight rods however they are held: clamped at both ends they take five. How far rods are
-#: bent is seen in the platform too.
+#: Enough for straight uniform rods however they are held: clamped at both ends they take five. How far
+#: rods are bent is seen in the platform too.
 _MOST = 5
 
 
@@ -64,7 +64,7 @@ def buckling_modes(exact: Equilibrium) -> list[int]:
 def _enough(leg: LegNumbers, passive: list[int], tangent: Floats, stiffened: Floats) -> int:
     """Fewest modes of the rods of one leg; matrices dimensionless, (N, N)."""
     many = max(max(rod.element.modes.counts[1:]) for rod in leg.rods)
-    most = min(many, _MOST)
+    most = min(many, _MOST) if all(rod.element.rod.uniform for rod in leg.rods) else many
     with suppress(np.linalg.LinAlgError):
         wanted = _softening(leg, passive, many, tangent, stiffened)
         for modes in range(1, most):

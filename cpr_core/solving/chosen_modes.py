@@ -40,6 +40,9 @@ __all__ = [
 
 #: Numbers of modes in every direction that are tried for the solution others are compared with.
 _MANY = range(6, 25, 2)
+#: Numbers that are tried first where rods are not the same all along: it takes many for them to buckle
+#: where they do, which the platform does not show.
+_UNEVEN = 16
 #: So much of the tolerance that solution had better be wrong by itself.
 _TRUE = 0.1
 #: Rounding of solutions [m], and the least tolerance that is above it.
@@ -79,7 +82,8 @@ def choose_modes(robot: Robot, tolerance: float) -> Robot:
         raise InvalidRequest(
             "modes", "they cannot be chosen: B-splines have as many modes as degree and knots say"
         )
-    exact = with_many_modes(robot, tolerance)
+    even = all(element.rod.uniform for element in robot.description.rods)
+    exact = with_many_modes(robot, tolerance, _MANY[0] if even else _UNEVEN)
     # What they are wrong by themselves is taken off, where that is more than is looked at.
     allowed = tolerance - max(0.0, exactness_of(exact) - max(_TRUE * tolerance, _ROUNDING))
     budget, bending = _BUDGET * allowed, buckling_modes(exact[0])
@@ -106,16 +110,23 @@ def equilibria_near_home(robot: Robot) -> tuple[Equilibrium, ...]:
     return tuple(found)
 
 
-def with_many_modes(robot: Robot, tolerance: float) -> tuple[Equilibrium, ...]:
+def with_many_modes(
+    robot: Robot, tolerance: float, fewest: int = _MANY[0]
+) -> tuple[Equilibrium, ...]:
     """Equilibria near home with as many modes as it takes to compare others with.
 
     Their own error is a tenth of the tolerance; half of it where 24 modes in every direction have more.
+
+    Args:
+        robot: The robot.
+        tolerance: [m].
+        fewest: Modes in every direction that are tried first.
 
     Raises:
         CprError: They have more than that.
     """
     description, error = robot.description, np.inf
-    for modes in _MANY:
+    for modes in range(fewest, _MANY.stop, _MANY.step):
         counts = (0, 0, modes) if description.planar else (modes, modes, modes)
         found = equilibria_near_home(_with_counts(robot, [counts] * len(description.rods)))
         error = max(error_of(equilibrium).distance for equilibrium in found)

@@ -49,7 +49,7 @@ _TRIED_ALONG = 5
 def without_limits(robot: Robot) -> Robot:
     """The same robot, with motors and rods that bear everything: maps show what is beyond limits too."""
     legs = tuple(leg.without_limits() for leg in robot.description.legs)
-    return Robot(replace(robot.description, legs=legs, written=None))
+    return Robot(replace(robot.description, legs=legs, written=None), robot.held_motors)
 
 
 def step_fractions(robot: Robot, grid: Grid, tolerance: float) -> tuple[Floats, Floats]:

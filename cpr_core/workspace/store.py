@@ -151,7 +151,8 @@ def _map_of(
     if attributes.get("cpr_map_format") != FORMAT:
         raise InvalidRequest("file", f"expected a map of format {FORMAT} in {file}")
     if not is_robot(robot, attributes["robot_description"]):
-        raise InvalidRequest("file", f"{file} is a map with another robot_description")
+        other = "another robot_description, or other motors held"
+        raise InvalidRequest("file", f"{file} is a map with {other}")
     if not is_same(loads, attributes["loads"]):
         raise InvalidRequest("file", f"{file} is a map with other loads")
     grid = _grid_of(attributes["grid"])

@@ -17,6 +17,8 @@ __all__ = ["as_json", "is_robot", "is_same", "robot_as_json"]
 
 #: Of a description: where it came from, and what measures the robot. A map does not depend on them.
 _BESIDE = ("source", "written", "tracker")
+#: Beside the fields of the description: motors that the robot holds, if it holds any.
+_HELD = "held_motors"
 
 
 def as_json(value: Any) -> str:
@@ -27,13 +29,15 @@ def as_json(value: Any) -> str:
 def robot_as_json(robot: Robot) -> str:
     """A robot as text, the same wherever its description came from."""
     described = _plain(robot.description)
-    return json.dumps({name: part for name, part in described.items() if name not in _BESIDE})
+    content = {name: part for name, part in described.items() if name not in _BESIDE}
+    return json.dumps(content | ({_HELD: robot.held_motors} if robot.held_motors else {}))
 
 
 def is_robot(robot: Robot, stored: str) -> bool:
     """Whether a robot is the one that was stored."""
     content = json.loads(stored)
-    return _same_fields(robot.description, content, _BESIDE)
+    held = tuple(content.pop(_HELD, ()))
+    return held == robot.held_motors and _same_fields(robot.description, content, _BESIDE)
 
 
 def is_same(value: Any, stored: str) -> bool:

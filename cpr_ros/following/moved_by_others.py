@@ -56,13 +56,14 @@ class MovedByOthers:
         self._commanded = self._set_off = -math.inf
         self._in_motion = self._waited_for = False  # when the way was measured
         self._places, self._apart = TwoPlaces(robot), 0.0
+        self._trial, self._tried_since = "", -math.inf
         self._resting: Floats | None = None
         self._resting_since = self._far_since = math.inf
 
     @property
     def in_question(self) -> str:
         """That they are or may be elsewhere, in words; empty: commands may go out."""
-        return self.away or self.doubt
+        return self.away or self.doubt or self._trial
 
     @property
     def tolerance(self) -> float:
@@ -81,8 +82,31 @@ class MovedByOthers:
             self._set_off = now
         self._commanded, self.away, self.doubt, self._apart = now, "", "", 0.0
 
+    def begin(self) -> None:
+        """The motors are known to be where the node has them, whatever was measured before."""
+        self.commanded(-math.inf)
+        self.forget_places()
+
+    def forget_places(self) -> None:
+        """What was measured before tells nothing of what is measured from now on."""
+        self._places = TwoPlaces(self._robot)
+
+    def prove(self, now: float) -> None:
+        """Where the motors are was just measured, and several may say so: send them nowhere for a while.
+
+        Args:
+            now: Steady time [s].
+        """
+        self._tried_since = now
+        self._trial = (
+            f"where the motors are was just measured: it is looked for {SETTLING:g} s whether all who "
+            "publish it agree"
+        )
+
     def look(self, now: float) -> None:
         """Where nothing comes after a doubt, nobody knows where the motors are: they are elsewhere."""
+        if now - self._tried_since >= SETTLING:
+            self._trial = ""
         if self.doubt and now - self._far_since >= SETTLING:
             self.away = self._words()
             self.doubt = ""

@@ -22,15 +22,16 @@ __all__ = ["TwoPlaces", "apart_in_words"]
 
 Floats = NDArray[np.float64]
 
-#: Measured there and back so often, within so long [s]: one wrong number is none of it.
-_OFTEN, _WITHIN = 3, 3.0
-#: What comes back to less than this part of the way out, or goes out with the commands so far, is a part
-#: of the way.
+#: Measured there and back so often, within so long [s]: two wrong numbers are three times.
+_OFTEN, _WITHIN = 4, 3.0
+#: What comes back to less than this part of the way out is a part of the way.
 _BACK = 0.5
+#: Motors may be measured where they were sent so long ago [s].
+_LATE = 0.5
 
 
 class TwoPlaces:
-    """Looks for measurements that go out and come back while the commands do not."""
+    """Looks for measurements that go out and come back, and not where the motors were sent."""
 
     def __init__(self, robot: Robot, often: int = _OFTEN) -> None:
         """Know of no measurement.
@@ -40,8 +41,10 @@ class TwoPlaces:
             often: How often they have to come back.
         """
         self._units = robot.motor_units.tolist()
-        #: The last two measurements with the commands of then.
-        self._before: deque[tuple[Floats, Floats | None]] = deque(maxlen=2)
+        #: The last two places.
+        self._before: deque[Floats] = deque(maxlen=2)
+        #: Commands of the last while, with their times.
+        self._sent: deque[tuple[float, Floats]] = deque()
         #: When one came back, and from how far.
         self._often, self._returns = often, deque[tuple[float, float]](maxlen=often)
 
@@ -52,35 +55,43 @@ class TwoPlaces:
 
         Args:
             measured: (n,) [rad or m].
-            commands: Where they were sent, (n,): what is as near to that as is tolerated is one place.
-                None: nobody knows.
+            commands: Where they were sent last, (n,): what is as near to where they were sent of late as
+                is tolerated is one place. None: nobody knows.
             tolerance: Ways that are no larger do not matter.
             now: Steady time [s].
         """
-        if len(self._before) == 2:
-            (start, at_start), (out, at_out) = self._before
-            way = min(self._way(start, out), self._way(out, measured))
-            others = (
-                self._way(start, measured),
-                self._way(at_start, at_out),
-                self._way(at_out, commands),
-            )
-            away = max(
-                self._way(start, at_start), self._way(out, at_out), self._way(measured, commands)
-            )
-            elsewhere = commands is None or away > tolerance
-            if elsewhere and way > tolerance and max(others) < _BACK * way:
-                self._returns.append((now, way))
-        self._before.append((measured, commands))
+        if commands is not None:
+            self._sent.append((now, commands))
+            while now - self._sent[0][0] > _LATE and now - self._sent[1][0] > _LATE:
+                self._sent.popleft()
+        if self._before and self._way(self._before[-1], measured) <= tolerance:
+            self._before[-1] = measured  # still there, or on its way
+        else:
+            self._look_back(measured, tolerance, now)
+            self._before.append(measured)
         if len(self._returns) < self._often or now - self._returns[0][0] > _WITHIN:
             return 0.0
         return self._returns[-1][1]
 
-    def _way(self, first: Floats | None, last: Floats | None) -> float:
-        """Largest way of a motor; none where one of the places is not known."""
-        if first is None or last is None:
-            return 0.0
+    def _look_back(self, measured: Floats, tolerance: float, now: float) -> None:
+        """Whether another place is the one before the last again."""
+        if len(self._before) < 2:
+            return
+        start, out = self._before
+        way = min(self._way(start, out), self._way(out, measured))
+        back = way > tolerance and self._way(start, measured) < _BACK * way
+        if back and max(map(self._off, (start, out, measured))) > tolerance:
+            self._returns.append((now, way))
+
+    def _way(self, first: Floats, last: Floats) -> float:
         return largest_way(first, last, self._units)
+
+    def _off(self, place: Floats) -> float:
+        """How far a place is from all that the motors were sent through [rad, rod lengths]."""
+        if not self._sent:
+            return np.inf
+        sent = np.array([commands for _, commands in self._sent])
+        return self._way(place, np.clip(place, sent.min(axis=0), sent.max(axis=0)))
 
 
 def apart_in_words(way: float) -> str:

@@ -77,7 +77,7 @@ def first_measured(
     joints, useless = dict[str, None](), ""
     subscription = node.create_subscription(JointState, MEASURED, lambda _: None, _QUEUE)
     newest: NDArray[np.float64] | None = None
-    places = TwoPlaces(robot, often=2)  # once may be a number that is wrong
+    places = TwoPlaces(robot, often=2)  # one wrong number is one time
     try:
         end = time.monotonic() + wait
         while time.monotonic() < end and not given_up():

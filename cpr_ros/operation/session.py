@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -420,7 +419,7 @@ class Session:
         length = self.solver.current.characteristic_length
         self.solver.current = Assessment(equilibrium, length, solve_time=solve_time)
         self.commands.place(motors, said=not self.others.away)
-        self.others.commanded(-math.inf)
+        self.others.begin()
         current = self.solver.current
         self.outcome = Outcome(current, False, self._state_at_rest, self.follower.judge(current))
 
@@ -432,6 +431,7 @@ class Session:
         self.follower.drop()
         self.loop.forget_poses()
         self.measured.forget()
+        self.others.forget_places()
         self.wrench.forget_missing()
         self.senses.forget()
         if self.tracking is not None:

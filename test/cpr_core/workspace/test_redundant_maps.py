@@ -82,6 +82,19 @@ def test_the_result_is_the_same_elsewhere_and_on_disk(robot, grid, tmp_path):
         map_workspace(robot, grid, tolerance=0.0, file=file, objective="least_effort")
 
 
+def test_motors_that_are_held_are_held_all_over_the_map(robot, grid):
+    """They were free, and moved to where nothing was least."""
+    held = robot.holding((0,))
+    found = map_workspace(held, grid, tolerance=0, workers=0)
+    home = solve_home(held)
+    cells = np.flatnonzero(found.reached)
+    assert len(cells) > 5
+    assert np.abs(found.motors[cells, 0] - home.motors[0]).max() < 1e-12
+    for cell in cells[::4]:
+        wanted = solve_inverse(held, found.equilibrium(int(cell)).pose, start=home)
+        np.testing.assert_allclose(found.motors[cell], wanted.motors, rtol=0, atol=1e-7)
+
+
 def test_borders_are_refined_where_the_platform_goes_no_farther(robot):
     wide = pose_grid(robot, {"x": (0.0, 0.2), "y": (-0.02, 0.02)}, {"angle": 0.0}, resolution=0.04)
     found = map_workspace(robot, wide, tolerance=1e-4)

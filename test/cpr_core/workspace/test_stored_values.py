@@ -81,3 +81,13 @@ def test_loads_are_those_that_were_stored():
     assert is_same(Loads.none(), json.dumps(older))
     assert not is_same(push, json.dumps(older))
     assert is_same(push.with_(gravity=-np.zeros(3)), as_json(push))
+
+
+def test_motors_that_are_held_tell_robots_apart():
+    """Files of before have no motors that are held."""
+    robot = load_robot("four_rfr")
+    first, second = robot.holding((0,)), robot.holding((1,))
+    for each in (robot, first, second):
+        same = [is_robot(other, robot_as_json(each)) for other in (robot, first, second)]
+        assert same == [each is other for other in (robot, first, second)]
+    assert "held_motors" not in json.loads(robot_as_json(robot))

@@ -43,6 +43,37 @@ def test_they_are_found_out_in_motion_too():
     assert apart[20] > 0.4 and all(apart[20:])
 
 
+@pytest.mark.parametrize("repeated", [2, 3, 10])
+def test_publishers_that_say_everything_again_are_found_out_too(repeated):
+    places, found = TwoPlaces(robot("rfrfr")), []
+    for k in range(120):
+        motors = OTHER if (k // repeated) % 2 else HOME
+        found.append(places.take(motors, HOME, 0.1, 0.02 * k))
+    assert all(apart == 0.5 for apart in found[5 * repeated :])
+
+
+def late(way, times, delay):
+    """Places of motors that are measured so much later."""
+    return [HOME + [way(max(0.0, now - delay)), 0.0] for now in times]
+
+
+@pytest.mark.parametrize(
+    ("size", "speed", "rate", "delay", "tolerance"),
+    [(0.2, 3.0, 10, 0.25, 0.1), (0.1, 2.0, 20, 0.12, 0.05), (0.02, 1.0, 100, 0.03, 0.01)],
+)
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
+def test_motors_that_are_sent_out_and_back_and_measured_late_are_in_one_place(
+    size, speed, rate, delay, tolerance, phase
+):
+    def way(now):
+        since = now % 0.9
+        return max(0.0, min(since * speed, 2.0 * size - since * speed))
+
+    places, times = TwoPlaces(robot("rfrfr")), (np.arange(10 * rate) + phase) / rate
+    for now, motors in zip(times, late(way, times, delay), strict=True):
+        assert places.take(motors, HOME + [way(now), 0.0], tolerance, now) == 0.0
+
+
 @pytest.mark.parametrize("wrong", [1, 2])
 def test_single_wrong_numbers_are_none_of_it(wrong):
     places = TwoPlaces(robot("rfrfr"))
