@@ -14,6 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..description.changed_description import named_parameters
+from ..description.parameters import Place
 from ..errors import DescriptionError, DescriptionWarning, InvalidRequest
 from ..kernels.problems import ProblemName
 from ..model.equilibrium import Equilibrium
@@ -58,9 +59,21 @@ _ROUNDS = 3
 
 
 def natural_changes(equilibrium: Equilibrium, paths: Sequence[str]) -> Floats:
-    """Changes of parameters that mean about as much as a natural unit, (P,); none is zero."""
+    """Changes of parameters that mean about as much as a natural unit, (P,); none is zero.
+
+    Raises:
+        UnknownParameter: There is no such number.
+        InvalidRequest: What is there cannot be changed, or two paths name the same number.
+    """
     robot = equilibrium.robot
     parameters = named_parameters(robot.description, paths)
+    owners: dict[Place, str] = {}
+    for parameter in parameters:
+        for place in parameter.places:
+            other = owners.setdefault(place, parameter.path)
+            if other != parameter.path:
+                problem = f"{other} and {parameter.path} name the same number"
+                raise InvalidRequest("parameters", problem)
     scales = parameter_scales(equilibrium, parameters).tolist()
     pairs = zip(scales, parameters, strict=True)
     return np.array(

@@ -190,6 +190,10 @@ def test_fewer_numbers_than_parameters(robot, rows):
     [
         ({"parameters": []}, "at least one path"),
         ({"parameters": ["rod.length", "rod.length"]}, "named twice"),
+        (
+            {"parameters": ["legs[0,1].motor.offset", "legs[*].motor.offset"]},
+            r"legs\[0,1\]\.motor\.offset and legs\[\*\]\.motor\.offset name the same number",
+        ),
         ({"measurements": []}, "at least one Measurement"),
         ({"measurements": [1]}, "expected a Measurement"),
         ({"deviations": StandardDeviations(position=1e-3)}, "the standard deviation of rotation"),

@@ -91,3 +91,10 @@ def test_what_is_of_another_kind_is_named(robot, proposed):
         propose_poses(robot, PATHS, DEVIATIONS, 6, loads=payload(robot))
     with pytest.raises(InvalidRequest, match="deviations: expected StandardDeviations"):
         calibrate(robot, measured(proposed.equilibria, seed=0), PATHS, {"position": 1e-3})
+
+
+def test_paths_that_name_the_same_number_are_refused(robot):
+    """They were proposed for, and a calibration by them was refused."""
+    paths = ("legs[1].motor.offset", "legs[0,1].motor.offset")
+    with pytest.raises(InvalidRequest, match="name the same number"):
+        propose_poses(robot, paths, DEVIATIONS, 3)
