@@ -40,9 +40,6 @@ __all__ = [
 
 #: Numbers of modes in every direction that are tried for the solution others are compared with.
 _MANY = range(6, 25, 2)
-#: Numbers that are tried first where rods are not the same all along: it takes many for them to buckle
-#: where they do, which the platform does not show.
-_UNEVEN = 16
 #: So much of the tolerance that solution had better be wrong by itself.
 _TRUE = 0.1
 #: Rounding of solutions [m], and the least tolerance that is above it.
@@ -83,16 +80,32 @@ def choose_modes(robot: Robot, tolerance: float) -> Robot:
             "modes", "they cannot be chosen: B-splines have as many modes as degree and knots say"
         )
     even = all(element.rod.uniform for element in robot.description.rods)
-    exact = with_many_modes(robot, tolerance, _MANY[0] if even else _UNEVEN)
+    bending = [] if even else _bending_of_uneven(robot)
+    exact = with_many_modes(robot, tolerance, max(bending, default=_MANY[0]))
     # What they are wrong by themselves is taken off, where that is more than is looked at.
     allowed = tolerance - max(0.0, exactness_of(exact) - max(_TRUE * tolerance, _ROUNDING))
-    budget, bending = _BUDGET * allowed, buckling_modes(exact[0])
+    budget, bending = _BUDGET * allowed, bending or buckling_modes(exact[0])
     for _ in range(_TRIES):
         found = _with_counts(robot, fewest_modes(exact, budget, bending))
         if _is_met(found, exact, allowed):
             return found
         budget *= _LESS
     return exact[0].robot
+
+
+def _bending_of_uneven(robot: Robot) -> list[int]:
+    """Fewest modes of bending with which rods that are not the same all along buckle where they do.
+
+    It takes many for that, which where the platform is does not show. Empty where there is no home with
+    so many: monomials are hardly independent then.
+    """
+    torsion = 0 if robot.planar else 2
+    counts = [(torsion, 0 if robot.planar else _MANY[-1], _MANY[-1])]
+    try:
+        home = solve_home(_with_counts(robot, counts * len(robot.description.rods)))
+    except CprError:
+        return []
+    return buckling_modes(home)
 
 
 def equilibria_near_home(robot: Robot) -> tuple[Equilibrium, ...]:
