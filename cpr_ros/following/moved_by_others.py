@@ -32,6 +32,8 @@ SETTLING = 0.5
 #: Measured elsewhere for so long they are there. A wrong number may be said again by whoever reads the
 #: encoders less often than it publishes them [s].
 _CERTAIN = 0.05
+#: So many tolerances between a place and the one with the other sign: nobody comes there by chance.
+_FAR = 4.0
 #: Motors that move by less are at rest [rad, rod lengths].
 RESTING = 0.01
 #: Motors follow that go so much of their speed limit: those of slow robots rest for longer before it is
@@ -57,6 +59,7 @@ class MovedByOthers:
         self._in_motion = self._waited_for = False  # when the way was measured
         self._places, self._apart = TwoPlaces(robot), 0.0
         self._trial, self._tried_since = "", -math.inf
+        self._mirrored = False
         self._resting: Floats | None = None
         self._resting_since = self._far_since = math.inf
 
@@ -146,6 +149,7 @@ class MovedByOthers:
         # Motors that go on their way late have not stood still since they were sent there.
         stuck = now - max(self._resting_since, self._set_off) >= self._patience
         self._way = 0.0 if commands is None else largest_way(commands, measured, self._units)
+        self._mirrored = commands is not None and self._is_mirrored(measured, commands)
         far = self._words()
         self._far_since = min(self._far_since, now) if far else math.inf
         self.away, self.doubt = "", ""
@@ -163,7 +167,13 @@ class MovedByOthers:
             self.doubt = self._words_of_doubt()
         # Those that do not follow are begun with a little later: it is told first that they do not.
         rest = now - self._resting_since >= SETTLING and not self._in_motion
-        return bool(self.away) and rest
+        return bool(self.away) and rest and not self._mirrored
+
+    def _is_mirrored(self, measured: Floats, commands: Floats) -> bool:
+        """Whether all motors are measured where they were sent, but for a sign, and that is far."""
+        either = np.minimum(np.abs(measured - commands), np.abs(measured + commands))
+        near = bool((either <= self._tolerance * self._robot.motor_units).all())
+        return near and self._way > _FAR * self._tolerance
 
     def _where(self) -> str:
         """That they are in two places, or elsewhere, if the tolerance of now has it so."""
@@ -195,6 +205,12 @@ class MovedByOthers:
                 f"the motors do not follow: one was measured {told} (rad or rod lengths) from its "
                 f"command, more than moved_tolerance {tolerance}, and all at rest for "
                 f"{self._patience:.3g} s while commands went on; the node begins where they are"
+            )
+        if self._mirrored:
+            return (
+                f"one motor was measured {told} (rad or rod lengths) from its last command, more than "
+                f"moved_tolerance {tolerance}, where it would be with the other sign: the node does not "
+                "begin there"
             )
         return (
             f"somebody else has moved the motors: one was measured {told} (rad or rod lengths) from its "

@@ -47,6 +47,13 @@ def test_motors_elsewhere_are_told_soon_and_begun_with_when_they_rest(others):
     assert others.take(moving, SENT, last + SETTLING)
 
 
+def test_a_hand_may_move_a_motor_to_near_its_negative():
+    others, sent = MovedByOthers(robot("rfrfr"), 0.1), np.array([2.6, 0.1])
+    for number in range(20):
+        begun = others.take(np.array([2.6, -0.08]), sent, 10.0 + 0.1 * number)
+    assert begun and "somebody else has moved" in others.away
+
+
 def test_motors_that_come_back_are_where_they_were_sent(others):
     take_for_long(others, ELSEWHERE, 10.0)
     assert others.away

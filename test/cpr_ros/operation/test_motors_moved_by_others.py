@@ -271,3 +271,18 @@ def test_a_robot_that_is_measured_in_two_places_is_halted_and_sent_nowhere(bench
     assert bench.session.follower.goal is None
     _, motors = bench.session.known_place
     assert motors is None
+
+
+@pytest.mark.parametrize("signs", [[-1.0, -1.0], [1.0, -1.0]])
+def test_motors_that_are_measured_with_the_other_sign_are_no_place_to_begin(bench, signs):
+    """It began there, and sent them back and forth by twice as far."""
+    home = bench.session.solver.current.equilibrium.motors
+    commanded(bench.session, home)
+    for _ in range(400):
+        assert not bench.session.take_measured(home * signs, bench.now)
+        outcome = bench.tick()
+    assert outcome.verdict.action == Action.HALT
+    assert "where it would be with the other sign" in outcome.verdict.text
+    assert bench.commands == []
+    assert not bench.session.take_measured(home, bench.now)
+    assert bench.tick().verdict.action == Action.NONE
