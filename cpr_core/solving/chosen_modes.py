@@ -139,7 +139,7 @@ def with_many_modes(
         CprError: They have more than that.
     """
     description, error = robot.description, np.inf
-    for modes in range(fewest, _MANY.stop, _MANY.step):
+    for modes in (modes for modes in _MANY if modes >= fewest):
         counts = (0, 0, modes) if description.planar else (modes, modes, modes)
         found = equilibria_near_home(_with_counts(robot, [counts] * len(description.rods)))
         error = max(error_of(equilibrium).distance for equilibrium in found)

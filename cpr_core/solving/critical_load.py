@@ -105,10 +105,12 @@ def critical_load(
     size = np.abs(axis).max()
     if size < 1e-12:
         raise InvalidRequest("direction", f"expected a direction, got {axis.tolist()}")
-    if equilibrium.robot.planar and axis[2] != 0.0:
-        problem = f"expected z = 0 of a planar robot, got {axis.tolist()}"
-        raise InvalidRequest("direction", problem)
     axis = axis / size  # the squares of large numbers are infinite
+    if equilibrium.robot.planar:
+        if abs(axis[2]) > 1e-12:
+            problem = f"expected z = 0 of a planar robot, got {axis.tolist()}"
+            raise InvalidRequest("direction", problem)
+        axis[2] = 0.0
     axis /= np.linalg.norm(axis)
     natural = float(equilibrium.robot.wrench_units[FIRST_LINEAR])
     start = equilibrium.loads

@@ -170,11 +170,17 @@ class _MotorSlider:
         self._heard += 1
 
     def expect(self, position: float) -> None:
-        """The motor was sent somewhere, as far as its limits let it."""
-        lower, upper = self._limits
-        self._sent, self._sent_at = min(max(position, lower), upper), time.monotonic()
-        self._nearest = math.inf
-        self.put(self._sent)
+        """The motor was sent somewhere, as far as its limits let it.
+
+        Where that is far beyond the slider, which would be of no use then, it goes with the motor.
+        """
+        (lower, upper), handle = self._limits, self.handle
+        at, reach = min(max(position, lower), upper), handle.max - handle.min
+        if not handle.min - reach <= at <= handle.max + reach:
+            self._sent = None
+            return
+        self._sent, self._sent_at, self._nearest = at, time.monotonic(), math.inf
+        self.put(at)
 
     def expects(self, at: float) -> bool:
         """Whether the motor, which is at a position, is on its way to where it was sent, or there.
@@ -183,11 +189,10 @@ class _MotorSlider:
         """
         if self._sent is None:
             return False
-        if time.monotonic() - self._sent_at < _SETTING_OFF:
-            return True
         left = abs(at - self._sent)
         self._nearest = min(self._nearest, left)
-        if left > self._nearest + self.handle.step:
+        begun = time.monotonic() - self._sent_at >= _SETTING_OFF
+        if begun and left > self._nearest + self.handle.step:
             self._sent = None
         return self._sent is not None
 

@@ -76,6 +76,7 @@ class MotorTracking:
         """
         within, self._beyond = within_range(self.robot, motors)
         goal = MotorGoal(self.robot, within)
+        self._apart = 0.0
         if tolerance > 0.0:
             possible = 2.0 * self._judge.settings.max_speed * (now - self._taken)
             self._apart = self._places.take(goal.motors, None, max(tolerance, possible), now)

@@ -21,7 +21,7 @@ from cpr_core import Robot
 from cpr_core.errors import distinct
 
 from .goals import largest_way, motor_steps
-from .two_places import TwoPlaces, apart_in_words
+from .two_places import OFTEN, TwoPlaces, apart_in_words
 
 __all__ = ["SETTLING", "MovedByOthers"]
 
@@ -32,6 +32,9 @@ SETTLING = 0.5
 #: Measured elsewhere for so long they are there. A wrong number may be said again by whoever reads the
 #: encoders less often than it publishes them [s].
 _CERTAIN = 0.05
+#: It is looked for so long whether several agree where motors are that are measured first [s], and so
+#: many returns are none.
+_TRIAL, _OFTEN_ON_TRIAL = 1.0, 2
 #: So many tolerances between a place and the one with the other sign: nobody comes there by chance.
 _FAR = 4.0
 #: Motors that move by less are at rest [rad, rod lengths].
@@ -79,15 +82,20 @@ class MovedByOthers:
         # Only a measurement tells that they are elsewhere.
         self.away, self.doubt = self.away and self._where(), self.doubt and self._words_of_doubt()
 
-    def commanded(self, now: float) -> None:
-        """Take note of a new command, or that the motors are known to be where the node has them."""
+    def commanded(self, now: float, command: Floats) -> None:
+        """Take note of a new command, (n,)."""
+        self._trust(now)
+        self._places.sent(command, now)
+
+    def _trust(self, now: float) -> None:
+        """The motors are taken to be where the node has them."""
         if now - self._commanded >= SETTLING:
             self._set_off = now
         self._commanded, self.away, self.doubt, self._apart = now, "", "", 0.0
 
     def begin(self) -> None:
         """The motors are known to be where the node has them, whatever was measured before."""
-        self.commanded(-math.inf)
+        self._trust(-math.inf)
         self.forget_places()
 
     def forget_places(self) -> None:
@@ -100,16 +108,16 @@ class MovedByOthers:
         Args:
             now: Steady time [s].
         """
-        self._tried_since = now
+        self._tried_since, self._places.often = now, _OFTEN_ON_TRIAL
         self._trial = (
-            f"where the motors are was just measured: it is looked for {SETTLING:g} s whether all who "
+            f"where the motors are was just measured: it is looked for {_TRIAL:g} s whether all who "
             "publish it agree"
         )
 
     def look(self, now: float) -> None:
         """Where nothing comes after a doubt, nobody knows where the motors are: they are elsewhere."""
-        if now - self._tried_since >= SETTLING:
-            self._trial = ""
+        if self._trial and now - self._tried_since >= _TRIAL:
+            self._trial, self._places.often = "", OFTEN
         if self.doubt and now - self._far_since >= SETTLING:
             self.away = self._words()
             self.doubt = ""
@@ -131,6 +139,7 @@ class MovedByOthers:
         *,
         max_speed: float = math.inf,
         waited_for: bool = False,
+        several: bool = True,
     ) -> bool:
         """Take measured motors; whether they rest elsewhere, and the robot is to be begun with there.
 
@@ -140,6 +149,7 @@ class MovedByOthers:
             now: Steady time [s].
             max_speed: Speed no motor exceeds [rad/s, rod lengths/s]: slow ones follow slowly.
             waited_for: Whether commands go no farther until the motors follow.
+            several: Whether there may be several who measure them: else they are in one place.
         """
         if self._resting is None or largest_way(self._resting, measured, self._units) > RESTING:
             self._resting, self._resting_since = measured, now
@@ -154,8 +164,10 @@ class MovedByOthers:
         self._far_since = min(self._far_since, now) if far else math.inf
         self.away, self.doubt = "", ""
         self._apart = 0.0
-        if commands is not None and self._tolerance > 0.0:
+        if several and commands is not None and self._tolerance > 0.0:
             self._apart = self._places.take(measured, commands, self._tolerance, now)
+        if self._trial and self._places.returned(now):
+            self._tried_since = now
         if self._apart > 0.0:
             self.away = self._where()
             return False

@@ -18,12 +18,12 @@ from cpr_core import Robot
 
 from .goals import largest_way
 
-__all__ = ["TwoPlaces", "apart_in_words"]
+__all__ = ["OFTEN", "TwoPlaces", "apart_in_words"]
 
 Floats = NDArray[np.float64]
 
 #: Measured there and back so often, within so long [s]: two wrong numbers are three times.
-_OFTEN, _WITHIN = 4, 3.0
+OFTEN, _WITHIN = 4, 3.0
 #: What comes back to less than this part of the way out is a part of the way.
 _BACK = 0.5
 #: Motors may be measured where they were sent so long ago [s].
@@ -31,22 +31,21 @@ _LATE = 0.5
 
 
 class TwoPlaces:
-    """Looks for measurements that go out and come back, and not where the motors were sent."""
+    """Looks for measurements that go out and come back, and not where the motors were sent.
 
-    def __init__(self, robot: Robot, often: int = _OFTEN) -> None:
-        """Know of no measurement.
+    Attributes:
+        often: How often they have to come back, at most four times.
+    """
 
-        Args:
-            robot: The robot.
-            often: How often they have to come back.
-        """
-        self._units = robot.motor_units.tolist()
+    def __init__(self, robot: Robot, often: int = OFTEN) -> None:
+        """Know of no measurement."""
+        self.often, self._units = often, robot.motor_units.tolist()
         #: The last two places.
         self._before: deque[Floats] = deque(maxlen=2)
         #: Commands of the last while, with their times.
         self._sent: deque[tuple[float, Floats]] = deque()
         #: When one came back, and from how far.
-        self._often, self._returns = often, deque[tuple[float, float]](maxlen=often)
+        self._returns: deque[tuple[float, float]] = deque(maxlen=OFTEN)
 
     def take(
         self, measured: Floats, commands: Floats | None, tolerance: float, now: float
@@ -57,21 +56,28 @@ class TwoPlaces:
             measured: (n,) [rad or m].
             commands: Where they were sent last, (n,): what is as near to where they were sent of late as
                 is tolerated is one place. None: nobody knows.
-            tolerance: Ways that are no larger do not matter.
+            tolerance: Ways that are no larger do not matter; twice as large ones, where nobody knows the
+                commands: noise may be as large to either side.
             now: Steady time [s].
         """
         if commands is not None:
-            self._sent.append((now, commands))
-            while now - self._sent[0][0] > _LATE and now - self._sent[1][0] > _LATE:
-                self._sent.popleft()
+            self.sent(commands, now)
         if self._before and self._way(self._before[-1], measured) <= tolerance:
             self._before[-1] = measured  # still there, or on its way
         else:
             self._look_back(measured, tolerance, now)
             self._before.append(measured)
-        if len(self._returns) < self._often or now - self._returns[0][0] > _WITHIN:
-            return 0.0
-        return self._returns[-1][1]
+        return self._returns[-1][1] if self.returned(now) >= self.often else 0.0
+
+    def returned(self, now: float) -> int:
+        """How often they came back of late, up to four times."""
+        return sum(now - time <= _WITHIN for time, _ in self._returns)
+
+    def sent(self, commands: Floats, now: float) -> None:
+        """Motors were sent somewhere, (n,): they may be measured there later, and back again by then."""
+        self._sent.append((now, commands))
+        while now - self._sent[0][0] > _LATE and now - self._sent[1][0] > _LATE:
+            self._sent.popleft()
 
     def _look_back(self, measured: Floats, tolerance: float, now: float) -> None:
         """Whether another place is the one before the last again."""
@@ -79,19 +85,21 @@ class TwoPlaces:
             return
         start, out = self._before
         way = min(self._way(start, out), self._way(out, measured))
-        back = way > tolerance and self._way(start, measured) < _BACK * way
-        if back and max(map(self._off, (start, out, measured))) > tolerance:
+        least = tolerance if self._sent else 2.0 * tolerance
+        back = way > least and self._way(start, measured) < _BACK * way
+        if back and self._farthest(start, out, measured) > tolerance:
             self._returns.append((now, way))
 
     def _way(self, first: Floats, last: Floats) -> float:
         return largest_way(first, last, self._units)
 
-    def _off(self, place: Floats) -> float:
-        """How far a place is from all that the motors were sent through [rad, rod lengths]."""
+    def _farthest(self, *places: Floats) -> float:
+        """How far one of the places is from all that the motors were sent through [rad, rod lengths]."""
         if not self._sent:
             return np.inf
         sent = np.array([commands for _, commands in self._sent])
-        return self._way(place, np.clip(place, sent.min(axis=0), sent.max(axis=0)))
+        low, high = sent.min(axis=0), sent.max(axis=0)
+        return max(self._way(place, np.clip(place, low, high)) for place in places)
 
 
 def apart_in_words(way: float) -> str:

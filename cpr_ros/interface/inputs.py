@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import traceback
 from collections.abc import Callable
 from typing import Any
@@ -43,6 +44,7 @@ from ..messages.pose_bytes import read_pose
 from ..messages.trajectory_messages import trajectory_order
 from ..messages.wrench_messages import whole_pose
 from ..middleware.dropped_messages import DroppedMessages
+from ..middleware.publishers import other_publishers
 from ..operation.session import Session
 from ..setpoint_topics import (
     COMMANDS,
@@ -57,6 +59,8 @@ __all__ = ["Inputs"]
 
 #: The newest setpoint is the one that counts; some by name may belong together.
 NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
+#: How long it is taken for true whether several measure the motors [s].
+_COUNTED_FOR = 1.0
 #: Setpoints that rclpy is too slow to read: see CommandMessage and read_pose.
 _READ_FROM_BYTES = (f"~/{COMMANDS}", f"~/{PLATFORM_SETPOINT}")
 
@@ -92,6 +96,7 @@ class Inputs:
         self._node, self._frames, self._session, self._clock = node, frames, session, clock
         #: By number of motors.
         self._ready: dict[int, CommandMessage] = {}
+        self._several, self._counted_at = False, -math.inf
         self._subscriptions: list[Subscription] = []
         own = own_measured_topic(node)
         if own:
@@ -208,12 +213,19 @@ class Inputs:
             session.measured.refuse(str(error))
             raise
         else:
+            several = self._several_measure(now)
             if session.tracking is not None:
-                session.tracking.take(motors, now, session.others.tolerance)
-            elif session.take_measured(motors, now):
+                session.tracking.take(motors, now, several * session.others.tolerance)
+            elif session.take_measured(motors, now, several):
                 self._place(motors)
         finally:
             self._feel(session, message, now)
+
+    def _several_measure(self, now: float) -> bool:
+        """Whether several publish measured motors; asked once a second, as it takes a while."""
+        if now - self._counted_at >= _COUNTED_FOR:
+            self._counted_at, self._several = now, other_publishers(self._node, MEASURED) > 1
+        return self._several
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
         delay = measurement_delay(message.header, self._node.get_clock().now())

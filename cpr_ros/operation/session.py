@@ -336,7 +336,7 @@ class Session:
         max_speed = self.follower.settings.max_speed
         command = self.commands.step_to(motors, max_speed, self.measured.newest_motors(now))
         if command is not None:
-            self.others.commanded(now)
+            self.others.commanded(now, command)
         return command
 
     @property
@@ -367,10 +367,15 @@ class Session:
             return None
         return self.commands.newest
 
-    def take_measured(self, motors: NDArray[np.float64], now: float) -> bool:
-        """Take measured motors, (n,), of a robot that the node moves; whether it has to begin there.
+    def take_measured(self, motors: NDArray[np.float64], now: float, several: bool = True) -> bool:
+        """Take measured motors of a robot that the node moves; whether it has to begin there.
 
         Where others have moved them, what was to lead elsewhere ends.
+
+        Args:
+            motors: (n,) [rad or m].
+            now: Steady time [s].
+            several: Whether there may be several who measure them.
         """
         self.measured.take(motors, now)
         if self.unplaced:
@@ -381,6 +386,7 @@ class Session:
             now,
             max_speed=self.follower.settings.max_speed,
             waited_for=self._waits,
+            several=several,
         )
         self._end_what_others_ended()
         return begin

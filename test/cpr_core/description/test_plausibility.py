@@ -253,7 +253,7 @@ def test_a_lead_in_millimetres_is_said_and_not_what_follows_from_it():
     assert said_of(content) == [f"legs[0].chain[0].lead: 4: {MILLIMETRES}?"]
 
 
-@pytest.mark.parametrize("gear", [{"lead": 0.002}, {"ratio": -0.0005}])
+@pytest.mark.parametrize("gear", [{"lead": 0.002}, {"ratio": -0.0003}])
 def test_limits_of_a_joint_that_stand_at_a_motor_with_a_gear_are_doubted(gear):
     """A motor in radians with a range or a speed in metres hardly moves."""
     content = content_of("three_prs")

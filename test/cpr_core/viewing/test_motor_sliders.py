@@ -230,6 +230,15 @@ def test_a_motor_that_is_sent_beyond_its_slider_widens_it(sliders):
     assert moved == [(0, far - slider.step)]
 
 
+def test_a_number_that_is_typed_wrongly_spoils_no_slider(sliders):
+    """A million turns were a pixel of it, though the node refused them."""
+    made, slider, moved, _ = sliders
+    ends = slider.min, slider.max
+    made.expect(0, 1e6)
+    made.show([2.6, 0.55])
+    assert (slider.min, slider.max, slider.value) == (*ends, 2.6) and not moved
+
+
 def test_a_motor_that_is_sent_beyond_its_limits_is_expected_at_its_end():
     made = MotorSliders(
         SimpleNamespace(add_slider=Slider),

@@ -187,6 +187,16 @@ def test_what_is_measured_in_two_places_is_lost_until_it_is_in_one():
     assert states == sorted(states, key=lambda state: state == State.TRACKING)
 
 
+def test_no_tolerance_ends_it():
+    """It was LOST until it was deactivated."""
+    tracking = Tracking("rfrfr")
+    home = solve_home(tracking.robot).motors
+    for number in range(30):
+        assert tracking.tick(home + [0.3 * (number % 2), 0.0]).state
+    tracking.tracker.take(home, tracking.now, tolerance=0.0)
+    assert tracking.tick().state == State.TRACKING
+
+
 def test_motors_that_swing_as_fast_as_they_may_are_in_one_place():
     """However seldom they are measured."""
     tracking = Tracking("rfrfr")

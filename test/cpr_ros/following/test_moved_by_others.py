@@ -16,7 +16,7 @@ ELSEWHERE = SENT + [0.0, 0.2]
 @pytest.fixture
 def others():
     found = MovedByOthers(robot("rfrfr"), 0.1)
-    found.commanded(0.0)
+    found.commanded(0.0, SENT)
     return found
 
 
@@ -87,14 +87,14 @@ def test_a_doubt_that_nothing_settles_is_taken_for_true(others):
 
 def test_wrong_measurements_in_a_motion_are_no_doubt(others):
     others.take(SENT, SENT, 10.0)
-    others.commanded(10.0)
+    others.commanded(10.0, SENT)
     others.take(ELSEWHERE, SENT, 10.1)
     assert others.in_question == ""
 
 
 def test_a_new_command_gives_them_time(others):
     take_for_long(others, ELSEWHERE, 10.0)
-    others.commanded(10.0)
+    others.commanded(10.0, SENT)
     assert others.away == ""
     assert not others.take(ELSEWHERE, SENT, 10.0 + 0.9 * SETTLING)
     assert others.away == ""
@@ -107,7 +107,7 @@ def drive(others, speed, follows, begin=20.0, seconds=2.0, delay=0.0):
         now = begin + 0.005 * number
         sent = SENT + [0.0, speed * (now - begin)]
         if not others.away:
-            others.commanded(now)
+            others.commanded(now, SENT)
         measured = SENT + [0.0, speed * max(0.0, follows * (now - begin - delay))]
         if number % 4 == 0:
             assert not others.take(measured, sent, now)
@@ -127,18 +127,18 @@ def test_motors_that_stand_still_while_commands_go_on_are_told(others):
     assert not others.take(SENT, sent, told + 0.9 * SETTLING)
     assert others.away
     assert others.take(SENT, sent, told + SETTLING)
-    others.commanded(-np.inf)  # the node has begun where they are
+    others.begin()  # the node has begun where they are
     assert others.away == ""
     assert drive(others, 1.0, 0.0, begin=30.0)[0] >= SETTLING
 
 
 def test_motors_that_jam_on_their_way_are_told(others):
     assert drive(others, 1.0, 1.0, seconds=1.0) is None
-    others.commanded(21.0)
+    others.commanded(21.0, SENT)
     jammed = SENT + [0.0, 1.0]
     for number in range(30):
         sent = jammed + [0.0, 0.02 * number]
-        others.commanded(21.0 + 0.02 * number)
+        others.commanded(21.0 + 0.02 * number, SENT)
         others.take(jammed, sent, 21.0 + 0.02 * number)
         assert bool(others.away) == (0.02 * number >= SETTLING - 1e-9), number
 
@@ -199,7 +199,7 @@ def test_motors_that_commands_wait_for_do_not_follow_and_are_not_begun_with(othe
     assert not others.take(near, SENT, now + 0.05)
     assert others.away == ""
     now += 1.0
-    others.commanded(now)
+    others.commanded(now, SENT)
     for number in range(40):  # a hand that holds them, or little power: they move
         now += 0.05
         assert not others.take(near + 0.02 * number, SENT + 0.02 * number, now, waited_for=True)
@@ -216,7 +216,7 @@ def test_motors_of_slow_robots_follow_at_a_part_of_their_speed(name, max_speed, 
     patience = RESTING / (FOLLOWING * max_speed)
     for speed in (slow, 0.0):
         others = MovedByOthers(found, 0.1)
-        others.commanded(0.0)
+        others.commanded(0.0, SENT)
         for number in range(round(200 * 3.0 * patience)):
             now = 10.0 + 0.005 * number
             flicker = 0.2 * RESTING * (number % 2)  # as much as an encoder of 12 bits, and more

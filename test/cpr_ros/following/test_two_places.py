@@ -52,26 +52,35 @@ def test_publishers_that_say_everything_again_are_found_out_too(repeated):
     assert all(apart == 0.5 for apart in found[5 * repeated :])
 
 
-def late(way, times, delay):
-    """Places of motors that are measured so much later."""
-    return [HOME + [way(max(0.0, now - delay)), 0.0] for now in times]
-
-
 @pytest.mark.parametrize(
     ("size", "speed", "rate", "delay", "tolerance"),
-    [(0.2, 3.0, 10, 0.25, 0.1), (0.1, 2.0, 20, 0.12, 0.05), (0.02, 1.0, 100, 0.03, 0.01)],
+    [
+        (0.2, 3.0, 10, 0.25, 0.1),
+        (0.1, 2.0, 20, 0.12, 0.05),
+        (0.02, 1.0, 100, 0.03, 0.01),
+        (0.2, 2.0, 5, 0.1, 0.1),
+        (0.05, 2.0, 20, 0.03, 0.02),
+        (0.02, 1.0, 25, 0.06, 0.01),
+    ],
 )
-@pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.6])
 def test_motors_that_are_sent_out_and_back_and_measured_late_are_in_one_place(
     size, speed, rate, delay, tolerance, phase
 ):
+    """Out and back between two measurements, of which the next one tells of it."""
+
     def way(now):
-        since = now % 0.9
+        since = max(0.0, now) % 0.9
         return max(0.0, min(since * speed, 2.0 * size - since * speed))
 
-    places, times = TwoPlaces(robot("rfrfr")), (np.arange(10 * rate) + phase) / rate
-    for now, motors in zip(times, late(way, times, delay), strict=True):
-        assert places.take(motors, HOME + [way(now), 0.0], tolerance, now) == 0.0
+    others, measured = MovedByOthers(robot("rfrfr"), tolerance), phase / rate
+    for tick in range(2000):
+        now = tick * 0.005
+        others.commanded(10.0 + now, HOME + [way(now), 0.0])
+        if now >= measured:
+            others.take(HOME + [way(now - delay), 0.0], HOME + [way(now), 0.0], 10.0 + now)
+            assert "two places" not in others.in_question
+            measured += 1.0 / rate
 
 
 @pytest.mark.parametrize("wrong", [1, 2])

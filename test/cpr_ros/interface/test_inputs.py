@@ -34,7 +34,7 @@ class Listening:
     """A session, and what listens for it, with given times."""
 
     def __init__(self, robot, source="setpoint", published=("/joint_states",), **changed):
-        self.felt_names, self.warnings = [], []
+        self.felt_names, self.warnings, self.measured_by = [], [], 1
         fixed = Parameters(**FIXED | {"characteristic_length": None, "motor_source": source})
         live = live_parameters(lambda name: changed.get(name, DEFAULTS[name]))
         self.session, self.now, self._callbacks = Session(robot, FRAMES, fixed, live), 100.0, {}
@@ -43,6 +43,7 @@ class Listening:
             get_clock=Clock,
             get_logger=lambda: SimpleNamespace(warning=self.warnings.append),
             resolve_topic_name=lambda topic: f"/{topic}",
+            count_publishers=lambda topic: self.measured_by,
             publishers=[SimpleNamespace(topic_name=topic) for topic in published],
         )
         self.inputs = Inputs(
@@ -393,3 +394,21 @@ def test_joints_of_others_alone_are_no_mistake(source, unplaced):
     listening.hear_measured(["gripper", "motor2", "motor1"], [NAN, 0.5, 2.6])
     assert listening.dropped == 0
     assert listening.session.measured.missing(listening.now) == ""
+
+
+@pytest.mark.parametrize("source", ["setpoint", "measured"])
+@pytest.mark.parametrize("publishers", [1, 2])
+def test_one_publisher_is_one_robot_whatever_it_says(source, publishers):
+    """A glitch, or a motor that is shaken; of two publishers it is two robots."""
+    listening = Listening(robot("rfrfr"), source)
+    listening.measured_by, session = publishers, listening.session
+    home = listening.motors.copy()
+    if source == "setpoint":
+        session.begin_at(session.solver.current.equilibrium, home, 0.0)
+    for number in range(60):
+        measured = home + [0.4 * (number % 2), 0.0]
+        listening.hear_measured(["motor1", "motor2"], measured.tolist())
+        listening.tick(seconds=0.02)
+        session.take_note(listening.now)
+    told = session.told(listening.now)
+    assert ("in two places" in told.text) == (publishers == 2)

@@ -26,6 +26,7 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker, MarkerArray
 
 import cpr_core
+from cpr_core.viewing import motor_sliders
 from cpr_ros.page.view_node import ViewNode
 from cpr_ros.page.watched_node import Presence
 from cpr_ros.process.own_domain import private_environment
@@ -351,7 +352,9 @@ def shown(domain):
     rclpy.shutdown()
 
 
-def test_a_slider_that_was_moved_before_is_no_step_away_from_where_nobody_sent_it(shown):
+def test_a_slider_that_was_moved_before_is_no_step_away_from_where_nobody_sent_it(
+    shown, monkeypatch
+):
     """It stayed there in control, and the next key sent the robot there."""
     page, robot = shown.page, cpr_core.load_robot("rfrfr")
     home = cpr_core.solve_home(robot).motors.tolist()
@@ -362,6 +365,7 @@ def test_a_slider_that_was_moved_before_is_no_step_away_from_where_nobody_sent_i
     page._control.switch()
     page.show_motors(home)
     assert slider.value == home[0]
+    monkeypatch.setattr(motor_sliders, "_SETTING_OFF", 0.0)
     page._slid(0, 3.0)  # in control it is where it was sent, until others move the motor on
     for at, expected in ((home[0], 3.0), (3.0, 3.0), (3.5, 3.5), (3.0, 3.0), (home[0], home[0])):
         page.show_motors([at, home[1]])
