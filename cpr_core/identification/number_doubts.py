@@ -5,14 +5,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..description.changed_description import schema_allows
-from ..errors import DescriptionError, DescriptionWarning
+from ..errors import DescriptionError
 from ..model.robot import Robot
 
 __all__ = ["HALF_95_PERCENT", "border_doubts", "hardly_told"]
@@ -92,10 +91,8 @@ def border_doubts(
 
 def _refused(robot: Robot, path: str, value: float) -> str:
     """Why there is no robot with another number; empty: there is one."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DescriptionWarning)
-        try:
-            robot.with_parameters({path: value})
-        except DescriptionError as error:
-            return f"{error.field}: {error.problem}"
+    try:
+        robot.with_parameters({path: value})
+    except DescriptionError as error:
+        return f"{error.field}: {error.problem}"
     return ""

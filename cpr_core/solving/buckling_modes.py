@@ -53,11 +53,12 @@ def buckling_modes(exact: Equilibrium) -> list[int]:
     units = np.outer(robot.arrays.unit, robot.arrays.unit) / robot.arrays.energy_unit
     tangent = units * evaluate(robot, exact.load_arrays, exact.state, *place).tangent
     stiffened = units * evaluate(robot, exact.load_arrays, pushed, *place).tangent - tangent
-    found = []
-    for leg in filter(lambda leg: leg.rods, legs):
-        passive = [index for index in leg.coordinates if index is not None]
-        passive = [index for index in passive if index < robot.numbers.platform_index]
-        found += [_enough(leg, passive, tangent, stiffened)] * len(leg.rods)
+    found, first_of_platform = [], robot.numbers.platform_index
+    for leg in legs:
+        joints = [index for index in leg.coordinates if index is not None]
+        passive = [index for index in joints if index < first_of_platform]
+        if leg.rods:
+            found += [_enough(leg, passive, tangent, stiffened)] * len(leg.rods)
     return found
 
 

@@ -68,12 +68,12 @@ class MotorSliders:
         self._sliders: list[_MotorSlider] = []
         for number, (motor, at) in enumerate(zip(robot.description.motors, motors, strict=True)):
             reach = _REACH[motor.moves] * robot.motor_units[number]
-            low = motor.limits.lower if math.isfinite(motor.limits.lower) else at - reach
-            high = motor.limits.upper if math.isfinite(motor.limits.upper) else at + reach
+            limits = lower, upper = motor.limits.lower, motor.limits.upper
+            low = lower if math.isfinite(lower) else at - reach
+            high = upper if math.isfinite(upper) else at + reach
             low, high = min(low, at), max(high, at)
             step = _step(high - low) if high > low else 1.0
             handle = gui.add_slider(f"{motor.name} [{motor.unit}]", low, high, step, at)
-            limits = motor.limits.lower, motor.limits.upper
             slider = _MotorSlider(
                 handle, limits, partial(moved, number), partial(typed, motor.name)
             )

@@ -64,7 +64,6 @@ def _same(value: Any, stored: Any) -> bool:
     """As numbers: a zero with another sign is the same."""
     if is_dataclass(value):
         return _same_fields(value, stored)
-    plain = _plain(value)
     if isinstance(value, list | tuple) and isinstance(stored, list):
         return len(value) == len(stored) and all(map(_same, value, stored))
     if isinstance(value, dict) and isinstance(stored, dict):
@@ -72,7 +71,7 @@ def _same(value: Any, stored: Any) -> bool:
         return named.keys() == stored.keys() and all(
             _same(part, stored[name]) for name, part in named.items()
         )
-    return bool(plain == stored)
+    return bool(_plain(value) == stored)
 
 
 def _same_fields(value: Any, stored: Any, beside: tuple[str, ...] = ()) -> bool:

@@ -26,16 +26,6 @@ TRUTH = (200e9, 0.01, -0.02, 0.015, 0.0, 0.02, -0.01)
 
 
 @pytest.fixture(scope="module")
-def robot():
-    return cpr_core.load_robot("six_rfs")
-
-
-@pytest.fixture(scope="module")
-def home(robot):
-    return cpr_core.solve_home(robot)
-
-
-@pytest.fixture(scope="module")
 def truth(robot):
     return robot.with_parameters(dict(zip(PATHS, TRUTH, strict=True)))
 

@@ -28,11 +28,6 @@ from cpr_core.lie import quaternion_from_rotation, rotation_exp
 
 
 @pytest.fixture(scope="module")
-def robot():
-    return cpr_core.load_robot("six_rfs")
-
-
-@pytest.fixture(scope="module")
 def rows(robot):
     truth = robot.with_parameters({"legs[1].motor.offset": 0.01})
     found = equilibria(truth, cpr_core.solve_home(robot), count=6, loads=payload(robot))

@@ -14,16 +14,6 @@ from cpr_core.identification.number_doubts import border_doubts, hardly_told
 YOUNG = "rod.young_modulus"
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return cpr_core.load_robot("six_rfs")
-
-
-@pytest.fixture(scope="module")
-def home(robot):
-    return cpr_core.solve_home(robot)
-
-
 def found_with(robot, home, force, seed):
     """Young's modulus and a zero, by what a payload shows of them."""
     truth = robot.with_parameters({YOUNG: 200e9})

@@ -14,11 +14,6 @@ from cpr_core import InvalidRequest, StandardDeviations, calibrate, propose_pose
 
 
 @pytest.fixture(scope="module")
-def robot():
-    return cpr_core.load_robot("six_rfs")
-
-
-@pytest.fixture(scope="module")
 def proposed(robot):
     return propose_poses(robot, PATHS, DEVIATIONS, 6, loads=[payload(robot)])
 
