@@ -16,6 +16,7 @@ import sys
 import tempfile
 from contextlib import nullcontext, suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 from helpers.browser import NO_BROWSER, running_browser
@@ -85,11 +86,17 @@ def compiled(request: pytest.FixtureRequest) -> None:
         compile_kernels()
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Tell every worker where all of them meet; the folder goes with the process that starts them."""
+    node.workerinput["room"] = _ROS_HOME.name
+
+
 @pytest.fixture(scope="session")
 def _room(request: pytest.FixtureRequest) -> Room:
     """The same for all workers of a run."""
-    run = getattr(request.config, "workerinput", {}).get("testrunuid", f"process_{os.getpid()}")
-    return Room(Path(tempfile.gettempdir()) / f"cpr_ros_tests_{run}")
+    folder = getattr(request.config, "workerinput", {}).get("room", _ROS_HOME.name)
+    return Room(Path(folder) / "room_of_tests")
 
 
 @pytest.fixture(scope="module", autouse=True)
