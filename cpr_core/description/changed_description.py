@@ -18,9 +18,9 @@ from ..description_part import Part
 from ..errors import DescriptionError, DescriptionWarning, InvalidRequest
 from .description_builder import described_robot
 from .description_file import check_numbers
+from .description_paths import Place, is_number, path_below
 from .parameters import (
     Parameter,
-    Place,
     changed_content,
     checked_paths,
     in_default,
@@ -217,17 +217,17 @@ class _Mixture:
         if first is last:  # changes share what they do not change
             return first
         first, last = _plain(first), _plain(last)
-        if _is_number(first) and _is_number(last):
+        if is_number(first) and is_number(last):
             between_them = (1.0 - self.fraction) * first + self.fraction * last
             return first if first == last else between_them
-        if _is_number(first) and isinstance(last, list):
+        if is_number(first) and isinstance(last, list):
             first = pair_of(self.first, path)
-        elif _is_number(last) and isinstance(first, list):
+        elif is_number(last) and isinstance(first, list):
             last = pair_of(self.last, path)
         if isinstance(first, Mapping) and isinstance(last, Mapping):
             mixed = {}
             for name in dict.fromkeys((*first, *last)):
-                entry = f"{path}.{name}" if path else str(name)
+                entry = path_below(path, name)
                 mine = first.get(name, self.first.read.get(entry))
                 theirs = last.get(name, self.last.read.get(entry))
                 mixed[name] = self._mixed(mine, theirs, entry)
@@ -236,7 +236,7 @@ class _Mixture:
         if rows and len(first) == len(last):
             pairs = enumerate(zip(first, last, strict=True))
             return [
-                self._mixed(first_row, last_row, f"{path}[{n}]")
+                self._mixed(first_row, last_row, path_below(path, n))
                 for n, (first_row, last_row) in pairs
             ]
         if first != last:
@@ -250,10 +250,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.tolist()
     return list(value) if isinstance(value, tuple) else value
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _written(description: RobotDescription) -> WrittenFields:

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from copy import deepcopy
 from functools import cache, lru_cache
-from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
 from .chain_joints import CHAIN_JOINTS
 from .description_builder import described_robot
+from .description_paths import Place, numbers_in, path_of
 from .description_schema import description_schema
 from .joints import JOINTS
 from .motors import MOTORS
@@ -189,7 +189,7 @@ def _validator(kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
     return jsonschema.Draft202012Validator(description_schema())
 
 
-def check_numbers(source: str, content: Any, places: Mapping[tuple[str | int, ...], float]) -> None:
+def check_numbers(source: str, content: Any, places: Mapping[Place, float]) -> None:
     """The same as ``check_schema`` where content kept to the schema before it got these finite numbers.
 
     Raises:
@@ -204,7 +204,7 @@ def check_schema(source: str, content: Any) -> None:
     """Structure, types and ranges, against the JSON schema."""
     if not isinstance(content, dict):
         raise DescriptionError(source, "", f"expected fields and values, got {content!r:.60}")
-    for path, number in _numbers(content, ""):
+    for path, number in numbers_in(content):
         try:
             allowed = math.isfinite(number) or (
                 math.isinf(number) and _END_OF_A_RANGE.search(path) is not None
@@ -222,27 +222,13 @@ def check_schema(source: str, content: Any) -> None:
 
     error = best_match(unknown or errors)
     assert error is not None
-    path = ""
-    for part in error.absolute_path:
-        path += f"[{part}]" if isinstance(part, int) else ("." if path else "") + str(part)
-    raise DescriptionError(source, path, _explain(error))
+    raise DescriptionError(source, path_of(error.absolute_path), _explain(error))
 
 
 def _kinds() -> tuple[tuple[str, type[Described]], ...]:
     """All classes that have a name now."""
     every = (MOTORS, CHAIN_JOINTS, JOINTS, SECTIONS, STRAIN_BASES)
     return tuple(item for named in every for item in named.items())
-
-
-def _numbers(value: Any, path: str) -> Iterator[tuple[str, Any]]:
-    if isinstance(value, dict):
-        for key, item in value.items():
-            yield from _numbers(item, f"{path}.{key}" if path else str(key))
-    elif isinstance(value, list):
-        for index, item in enumerate(value):
-            yield from _numbers(item, f"{path}[{index}]")
-    elif isinstance(value, Real) and not isinstance(value, bool):
-        yield path, value
 
 
 def _explain(error: Any) -> str:

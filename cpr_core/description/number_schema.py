@@ -14,6 +14,8 @@ from functools import reduce
 from operator import getitem
 from typing import Any
 
+from .description_paths import Key, Place
+
 __all__ = ["surely_allowed"]
 
 #: What does not ask how large numbers further down are.
@@ -34,9 +36,7 @@ _STRUCTURE = {
 }
 
 
-def surely_allowed(
-    validator: Any, content: Any, place: tuple[str | int, ...], value: float
-) -> bool:
+def surely_allowed(validator: Any, content: Any, place: Place, value: float) -> bool:
     """Whether a number may be at a place, for all that can be told from the place alone.
 
     Args:
@@ -56,7 +56,7 @@ def surely_allowed(
     )
 
 
-def _descend(root: Any, schema: Any, instance: Any, key: str | int, below: list[Any]) -> bool:
+def _descend(root: Any, schema: Any, instance: Any, key: Key, below: list[Any]) -> bool:
     """Add what a schema says of an entry; whether that is all it has to do with it."""
     if isinstance(schema, bool):
         return schema

@@ -10,7 +10,6 @@ themselves; a default counts as if it were written.
 
 from __future__ import annotations
 
-import copy
 import difflib
 import itertools
 import re
@@ -22,11 +21,11 @@ import numpy as np
 
 from ..errors import InvalidRequest, UnknownParameter
 from ..validation import checked_number
+from .description_paths import EVERY, Key, Place, is_number, numbers_in, path_of
 from .written_fields import WrittenFields
 
 __all__ = [
     "Parameter",
-    "Place",
     "changed_content",
     "checked_paths",
     "in_default",
@@ -35,16 +34,12 @@ __all__ = [
     "parameter_changes",
 ]
 
-Key = str | int
-Place = tuple[Key, ...]
-
 #: A field, and entries of what is in it: one, several, or all.
 _FIELD = r"[^\s.\[\]]+(\[(\d+(,\d+)*|\*)\])*"
 _PATH = re.compile(rf"{_FIELD}(\.{_FIELD})*\Z")
 _KEY = re.compile(r"\[([\d,]+|\*)\]|([^\s.\[\]]+)")
 #: Numbers below these fields are choices of the discretisation.
 _DISCRETISATION = "strain"
-_EVERY = "*"
 
 
 @dataclass(frozen=True)
@@ -114,10 +109,10 @@ def named_parameter(written: WrittenFields, path: str) -> Parameter:
     for single in itertools.product(*keys):
         entries = list(_found(written, (), single))
         if not entries:
-            raise _unknown(written, _path_of(single))
+            raise _unknown(written, path_of(single))
         found += entries
     for place, value, _ in found:
-        _check(_path_of(place), value, place)
+        _check(path_of(place), value, place)
     places, values, sizes = zip(*found, strict=True)
     return Parameter(path, places, tuple(map(float, values)), sizes)
 
@@ -128,8 +123,8 @@ def _entries(path: str, index: str) -> tuple[Key, ...]:
     Raises:
         InvalidRequest: A number stands there twice.
     """
-    if index == _EVERY:
-        return (_EVERY,)
+    if index == EVERY:
+        return (EVERY,)
     numbers = tuple(map(int, index.split(",")))
     for place, number in enumerate(numbers):
         if number in numbers[:place]:
@@ -147,7 +142,7 @@ def _check(path: str, value: Any, place: Place) -> None:
         raise InvalidRequest(
             "parameters", f"{path} says how many unknowns there are, not what the robot is like"
         )
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         within = ""
         if isinstance(value, Mapping):
             within = f"; it has the fields {', '.join(map(str, value)) or 'none'}"
@@ -161,8 +156,8 @@ def _found(
     written: WrittenFields, before: Place, keys: Sequence[Key]
 ) -> Iterator[tuple[Place, Any, float]]:
     """Places, values and sizes of what keys lead to; nothing where they lead nowhere."""
-    if _EVERY in keys:
-        star = list(keys).index(_EVERY)
+    if EVERY in keys:
+        star = list(keys).index(EVERY)
         way = (*before, *keys[:star])
         entries = _at(written, way)
         if isinstance(entries, list | tuple | np.ndarray):
@@ -176,7 +171,7 @@ def _found(
     around = _at(written, place[:-1]) if isinstance(place[-1], int) else value
     numbers = isinstance(around, list | tuple | np.ndarray | int | float)
     entries = np.ravel(np.array(around, dtype=object)) if numbers else ()
-    sizes = [abs(entry) for entry in entries if isinstance(entry, int | float)]
+    sizes = [abs(entry) for entry in entries if is_number(entry)]
     yield place, value, float(max(sizes, default=0.0))
 
 
@@ -186,7 +181,7 @@ def _at(written: WrittenFields, place: Place) -> Any:
     for number, key in enumerate(place):
         value = _entry(value, key)
         if value is None:
-            value = written.read.get(_path_of(place[: number + 1]))
+            value = written.read.get(path_of(place[: number + 1]))
     if value is None and place:
         return None
     return value.item() if isinstance(value, np.generic) else value
@@ -200,15 +195,6 @@ def _entry(value: Any, key: Key) -> Any:
     return value[key] if whole and key < len(value) else None
 
 
-def _path_of(place: Place) -> str:
-    """Place as a path."""
-    path = ""
-    for key in place:
-        entry = isinstance(key, int) or key == _EVERY
-        path += f"[{key}]" if entry else ("." if path else "") + str(key)
-    return path
-
-
 def changed_content(written: WrittenFields, values: Mapping[Place, float]) -> dict[str, Any]:
     """The fields with other numbers, a copy where they differ."""
     content: Any = dict(written.content)
@@ -218,8 +204,8 @@ def changed_content(written: WrittenFields, values: Mapping[Place, float]) -> di
             part = place[:depth]
             if part not in copied:
                 present = _at(written, part)
-                if isinstance(present, int | float):
-                    present = pair_of(written, _path_of(part))
+                if is_number(present):
+                    present = pair_of(written, path_of(part))
                 copied[part] = _copy(present)
                 copied[part[:-1]][part[-1]] = copied[part]
         copied[place[:-1]][place[-1]] = value
@@ -263,13 +249,13 @@ def parameter_changes(written: WrittenFields, values: Mapping[str, object]) -> d
         number = checked_number(f"parameters[{path!r}]", value)
         for place in parameter.places:
             if changes.setdefault(place, number) != number:
-                raise InvalidRequest("parameters", f"{_path_of(place)} is given two values")
+                raise InvalidRequest("parameters", f"{path_of(place)} is given two values")
     for place in [place for place in changes if place[:-1] in changes]:
         if changes.pop(place) != changes[place[:-1]]:
             raise InvalidRequest(
                 "parameters",
-                f"{_path_of(place)} is given two values, one of them for both as "
-                f"{_path_of(place[:-1])}",
+                f"{path_of(place)} is given two values, one of them for both as "
+                f"{path_of(place[:-1])}",
             )
     return changes
 
@@ -278,20 +264,8 @@ def _unknown(written: WrittenFields, path: str) -> UnknownParameter:
     """The error of a path that leads nowhere."""
     known: dict[str, None] = {}
     for name, value in written.read.items():
-        known |= dict.fromkeys(_numbers(name, value))
-    known |= dict.fromkeys(_numbers("", copy.copy(written.content)))
+        known |= dict.fromkeys(path for path, _ in numbers_in(value, name))
+    known |= dict.fromkeys(path for path, _ in numbers_in(written.content))
     changeable = [name for name in known if not name.startswith(f"{_DISCRETISATION}.")]
     nearest = difflib.get_close_matches(path.replace("[*]", "[0]"), changeable, n=1, cutoff=0.5)
     return UnknownParameter(path, nearest[0] if nearest else "")
-
-
-def _numbers(path: str, value: Any) -> Iterator[str]:
-    """Paths of all numbers in a value."""
-    if isinstance(value, Mapping):
-        for name, entry in value.items():
-            yield from _numbers(f"{path}.{name}" if path else str(name), entry)
-    elif isinstance(value, list | tuple | np.ndarray):
-        for number, entry in enumerate(value):
-            yield from _numbers(f"{path}[{number}]", entry)
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        yield path

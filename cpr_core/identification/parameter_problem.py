@@ -14,7 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..description.changed_description import named_parameters
-from ..description.parameters import Place
+from ..description.description_paths import Place
 from ..errors import DescriptionError, DescriptionWarning, InvalidRequest
 from ..kernels.problems import ProblemName
 from ..model.equilibrium import Equilibrium

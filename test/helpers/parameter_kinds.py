@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 
-from cpr_core.description.parameters import _numbers
+from cpr_core.description.description_paths import numbers_in
 
 #: What does nothing to an equilibrium, or says how many there are of something.
 IDLE = re.compile(r"(^|\.)(strain|home|limits|inertia|yield_strain|stations)\b")
@@ -16,9 +16,9 @@ IDLE = re.compile(r"(^|\.)(strain|home|limits|inertia|yield_strain|stations)\b")
 def parameter_kinds(robot):
     """Paths: of every field the entry that is least like the others, of one leg of each sort."""
     written = robot.description.written
-    known = dict.fromkeys(_numbers("", written.content))
+    known = dict.fromkeys(path for path, _ in numbers_in(written.content))
     for name, value in written.read.items():
-        known |= dict.fromkeys(_numbers(name, value))
+        known |= dict.fromkeys(path for path, _ in numbers_in(value, name))
     kinds = {}
     for path in known:
         if not IDLE.search(path):
