@@ -8,7 +8,6 @@ The derivation is in docs/derivations.md, "Felt wrenches"; docs/wrench.md shows 
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,9 +21,10 @@ from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
+from ..solving.deadline import Deadline
 from ..solving.geometrico_statics import checked_start, solve_forward
 from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
-from ..validation import ReadOnlyArrays, cached_property, checked_time
+from ..validation import ReadOnlyArrays, cached_property
 from .felt_directions import FeltDirections, felt_directions
 from .mixed_steps import MixedSteps
 from .pushed_equilibrium import pushed_equilibrium
@@ -173,7 +173,7 @@ def estimate_wrench(
         arrays = before._load_arrays
     else:
         before, arrays = None, robot.load_arrays(known)
-    search = _Search(place, measured, known, arrays, checked_time(time_limit))
+    search = _Search(place, measured, known, arrays, Deadline(time_limit))
     if before is None or before.directions.gain.shape[1] != measured.rows:
         return search.from_afar(place)
     return search.from_last(before)
@@ -207,12 +207,12 @@ class _Search:
         measured: WrenchMeasurements,
         known: Loads,
         arrays: LoadArrays,
-        time_limit: float,
+        deadline: Deadline,
     ) -> None:
         """Nothing is found yet; ``arrays`` are those of the loads that are known."""
         self.robot, self.measured = place.robot, measured
         self.known, self.arrays = known, arrays
-        self.units, self.deadline = wrench_units(self.robot), time.perf_counter() + time_limit
+        self.units, self.deadline = wrench_units(self.robot), deadline
 
     def from_afar(self, start: Equilibrium) -> WrenchEstimate:
         """From the measured motors without a wrench."""
@@ -223,7 +223,7 @@ class _Search:
                 self.measured.motors,
                 start=start,
                 loads=self.known,
-                time_limit=max(0.0, self.deadline - time.perf_counter()),
+                time_limit=self.deadline.left,
             )
         return self._newton(free, np.zeros(len(self.units)), self.measured.residual(free), free)
 
@@ -296,7 +296,7 @@ class _Search:
             for _ in range(_HALVINGS):
                 ahead = wrench + fraction * step
                 reached = self._reached(found, ahead)
-                if time.perf_counter() >= self.deadline:
+                if self.deadline.over:
                     raise TimeLimitExceeded("wrench: the time allowed was over", 0.0, found)
                 if reached is not None:
                     left = self.measured.residual(reached)

@@ -12,7 +12,6 @@ branch, or a jump, which is not taken. Near a fold the branch is followed by its
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -22,7 +21,6 @@ from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium
-from ..validation import checked_time
 from .bracketing import (
     SAME_PLACE,
     along,
@@ -105,9 +103,8 @@ def follow(
     Raises:
         InvalidRequest: A time limit that is negative or no number.
     """
-    allowed = checked_time(time_limit)
-    path = Path(start, target, loads, singularities)
-    return _Walker(path, target, stable_only, past_folds, keep, allowed, progress).walk()
+    path = Path(start, target, loads, singularities, time_limit)
+    return _Walker(path, target, stable_only, past_folds, keep, progress).walk()
 
 
 class _Walker:
@@ -120,14 +117,12 @@ class _Walker:
         stable_only: bool,
         past_folds: bool,
         keep: tuple[float, ...],
-        time_limit: float,
         progress: Callable[[float], None] | None,
     ) -> None:
         self.path = path
         self.steps = max(target.distance(path.start), path.load_distance) / LONGEST_STEP
         self.stable_only, self.past_folds = stable_only, past_folds
         self.keep, self.progress = list(keep), progress
-        path.deadline = time.perf_counter() + time_limit
         self.events: list[PathEvent] = []
         self.points: list[Point] = []
         self.violation: tuple[Limit, Equilibrium] | None = None

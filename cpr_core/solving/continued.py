@@ -10,7 +10,6 @@ tangent, as along any other path.
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +24,7 @@ from ..kernels.natural_units import LONGEST_STEP
 from ..kernels.problems import ProblemName
 from ..model.equilibrium import Equilibrium, check_equilibrium, stepped
 from ..model.robot import Robot, checked_robot
-from ..validation import checked_time
+from .deadline import Deadline
 from .events import EventKind, PathEvent
 from .held_problem import checked_problem, held
 from .limits import check_limits
@@ -78,7 +77,7 @@ def continued(
         raise InvalidRequest("robot", "expected the robot of the start with other parameters")
     _check_numbers_only(start.robot, robot)
     checked_problem(start.robot, problem)
-    walk = _Walk(start, robot, problem, stable_only, time.perf_counter() + checked_time(time_limit))
+    walk = _Walk(start, robot, problem, stable_only, Deadline(time_limit))
     found = walk.end()
     check_limits(found)
     return found
@@ -105,14 +104,14 @@ class _Walk:
         robot: Where it ends.
         problem: What is held.
         stable_only: Whether stability must not end.
-        deadline: Time of ``time.perf_counter`` at which to give up [s].
+        deadline: When to give up.
     """
 
     start: Equilibrium
     robot: Robot
     problem: ProblemName
     stable_only: bool
-    deadline: float
+    deadline: Deadline
 
     def end(self) -> Equilibrium:
         """The equilibrium at the end.
@@ -128,7 +127,7 @@ class _Walk:
         fraction, step = 0.0, 1.0
         iterations = 0
         while fraction < 1.0:
-            if time.perf_counter() >= self.deadline:
+            if self.deadline.over:
                 raise self._stopped("time_limit", reached, reached, "the time allowed was over")
             ahead = min(1.0, fraction + step)
             found = self._at(reached.equilibrium, ahead)

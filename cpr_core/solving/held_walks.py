@@ -9,7 +9,6 @@ walks. They are chosen anew for every walk, so that the others find the pose as 
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +21,7 @@ from ..model.equilibrium import Equilibrium, described
 from ..model.kinemato_statics import KinematoStatics
 from ..model.robot import Robot
 from .continuation import Walk, follow
+from .deadline import Deadline
 from .near_request import solve_near
 from .targets import PoseTarget
 
@@ -36,12 +36,12 @@ class HeldWalks:
 
     Attributes:
         stable_only: Stop where the stability index grows above zero.
-        deadline: Time of ``time.perf_counter`` at which walks are refused [s].
+        deadline: When no walk is begun any more.
         iterations: Newton steps of the walks so far.
     """
 
     stable_only: bool
-    deadline: float
+    deadline: Deadline
     iterations: int = 0
 
     def step(
@@ -74,7 +74,7 @@ class HeldWalks:
             target,
             loads,
             stable_only=self.stable_only,
-            time_limit=max(0.0, self.deadline - time.perf_counter()),
+            time_limit=self.deadline.left,
         )
         self.iterations += walk.last.iterations
         return _walk_of_base(walk, robot)

@@ -10,7 +10,6 @@ at a given fraction (`Path.at`), which is fast, and at a given arc length along 
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +30,7 @@ from ..lie import angle_motions, rotation_log
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium, described, new_record
 from ..validation import cached_property
+from .deadline import Deadline
 from .limits import Limit, grazes, margins, violated
 from .targets import Imposed, Target
 
@@ -116,13 +116,17 @@ class Path:
     Attributes:
         start: Equilibrium at fraction 0.
         iterations: Newton steps used so far.
-        deadline: Time of ``time.perf_counter`` at which solves are refused [s].
         conservative: Whether all loads on the way have a potential.
         load_distance: Change of the loads, in longest steps of a radian each.
     """
 
     def __init__(
-        self, start: Equilibrium, target: Target, loads: Loads, singularities: bool = False
+        self,
+        start: Equilibrium,
+        target: Target,
+        loads: Loads,
+        singularities: bool = False,
+        time_limit: float | None = None,
     ) -> None:
         """Prepare the solves; nothing is solved yet.
 
@@ -131,9 +135,10 @@ class Path:
             target: What is imposed at fraction 1.
             loads: Loads there.
             singularities: Tell the sides of inverse singularities on the way of motors or efforts.
+            time_limit: Refuse to solve after this time [s]; default never.
         """
         robot = start.robot
-        self.start, self.iterations, self.deadline = start, 0, np.inf
+        self.start, self.iterations, self._deadline = start, 0, Deadline(time_limit)
         self._robot, self._target, self._loads = robot, target, loads
         self._singularities = singularities and target.problem != "pose"
         self._loads_change = loads is not start.loads
@@ -182,10 +187,6 @@ class Path:
         moments = max(platform["moment_world"], platform["moment_body"])
         return float(max(forces * length, moments)) / (EFFORT_UNIT * arrays.energy_unit)
 
-    def _check_time(self) -> None:
-        if time.perf_counter() >= self.deadline:
-            raise OutOfTime
-
     @property
     def problem(self) -> str:
         """Key of ``Robot.problems``."""
@@ -201,7 +202,8 @@ class Path:
         Returns:
             None if a correction did not contract: then the fraction is too far from the point.
         """
-        self._check_time()
+        if self._deadline.over:
+            raise OutOfTime
         robot, before = self._robot, near.equilibrium
         loads, records = self._loads_at(fraction), new_record(robot, 1)
         kept = kept_factors(robot.arrays)
@@ -280,7 +282,8 @@ class Path:
         Returns:
             None if a correction did not contract.
         """
-        self._check_time()
+        if self._deadline.over:
+            raise OutOfTime
         robot = self._robot
         state = point.equilibrium.state.copy()
         rotation = point.equilibrium.platform_rotation.copy()

@@ -9,7 +9,6 @@ pose they go along the null space to where an objective is least.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -22,8 +21,8 @@ from ..kernels.natural_units import LONGEST_STEP
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import KinematoStatics, kinemato_statics
-from ..validation import checked_time
 from .continuation import SINGULAR, Walk, follow
+from .deadline import Deadline
 from .descent import descend
 from .events import PathEvent
 from .held_walks import HeldWalks, self_motions
@@ -80,9 +79,8 @@ def walk_to(
             time_limit=time_limit,
             progress=progress,
         )
-    deadline = time.perf_counter() + checked_time(time_limit)
     aim = LeastMotion(start.motors) if objective is None else objective
-    walks = HeldWalks(stable_only, deadline)
+    walks = HeldWalks(stable_only, Deadline(time_limit))
     return _Redundant(target, loads, aim, walks, progress).walk(start)
 
 

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import itertools
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -18,8 +17,9 @@ from ..errors import InvalidRequest
 from ..model.bending_strain import bending_strains
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..validation import ReadOnlyArrays, cached_array, checked_count, checked_time
+from ..validation import ReadOnlyArrays, cached_array, checked_count
 from .continuation import Walk, follow
+from .deadline import Deadline
 from .events import PathEvent
 from .geometrico_statics import checked_start
 from .objectives import objective_of
@@ -216,7 +216,7 @@ def _redundant_trace(
     progress: Callable[[float], None] | None,
 ) -> Trace:
     """From one equilibrium kept to the next; eight numbers of one question, passed on."""
-    deadline = time.perf_counter() + checked_time(time_limit)
+    deadline = Deadline(time_limit)
     found, events = [start], list[PathEvent]()
     stopped = None
     for before, fraction in itertools.pairwise(fractions.tolist()):
@@ -226,7 +226,7 @@ def _redundant_trace(
             loads if fraction == 1.0 else start.loads.toward(loads, fraction),
             objective=objective_of(found[-1], "pose", objective),
             stable_only=stable_only,
-            time_limit=max(0.0, deadline - time.perf_counter()),
+            time_limit=deadline.left,
         )
         way = fraction - before
         events += [replace(event, fraction=before + way * event.fraction) for event in walk.events]

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import overload
@@ -25,7 +24,8 @@ from ..kernels.record_layout import INVERSE_SIGN, SIGNS
 from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, new_record
 from ..model.robot import Robot
-from ..validation import checked_matrix, checked_time
+from ..validation import checked_matrix
+from .deadline import Deadline
 from .events import PathEvent
 from .geometrico_statics import checked_start
 from .limits import margins_along, undisturbed
@@ -93,15 +93,15 @@ def trace_through(
         named = " and ".join(name for name, _ in given) or "none"
         raise InvalidRequest("requests", f"expected one of motors, poses and efforts, got {named}")
     kind, rows = given[0][0], _checked_rows(robot, *given[0])
-    deadline = time.perf_counter() + checked_time(time_limit)
+    deadline = Deadline(time_limit)
     objective_of(start, _PROBLEM[kind], objective)
     last, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
     while len(found) < count and stopped is None:
-        ahead = rows if math.isinf(deadline) else rows[: len(found) + _BETWEEN_LOOKS]
+        ahead = rows if math.isinf(deadline.left) else rows[: len(found) + _BETWEEN_LOOKS]
         unstable = last.index_free if kind == "efforts" else last.index_locked
         quiet = last.loads is found.loads and not (stable_only and unstable)
-        if quiet and time.perf_counter() < deadline:
+        if quiet and not deadline.over:
             last = _run(found, last, kind, ahead, singularities)
         done = len(found)
         if done == len(ahead):
@@ -113,7 +113,7 @@ def trace_through(
             objective=objective_of(last, _PROBLEM[kind], objective),
             stable_only=stable_only,
             singularities=singularities,
-            time_limit=max(0.0, deadline - time.perf_counter()),
+            time_limit=deadline.left,
         )
         happened = [_numbered(event, done, count) for event in walk.events]
         events += happened

@@ -27,9 +27,9 @@ from cpr_core import (
 )
 from cpr_core.model.assessment import Assessment, Thresholds
 from cpr_core.model.configurations import SAME_EQUILIBRIUM
+from cpr_core.solving.deadline import Deadline
 
 from ..error_codes import RequestError
-from .deadline import Deadline
 from .goals import largest_way
 from .motion_settings import ON_WAY_TO_MOTORS
 from .motor_path import MotorPath

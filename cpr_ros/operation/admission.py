@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from cpr_msgs.msg import ErrorCode
 
 from cpr_core import Equilibrium
+from cpr_core.solving.deadline import Deadline
 
 from ..error_codes import RequestError
-from ..following.deadline import Deadline
 from ..following.goals import Goal
 from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking

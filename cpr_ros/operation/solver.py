@@ -23,9 +23,9 @@ from cpr_core import (
     solve_inverse,
 )
 from cpr_core.model.assessment import Assessment
+from cpr_core.solving.deadline import Deadline
 
 from ..error_codes import RequestError
-from ..following.deadline import Deadline
 from ..following.setpoint_following import SetpointFollower
 from ..messages.conversions import (
     Frames,

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, NotReached, solve_forward, solve_home
 from cpr_core.model.assessment import Assessment
+from cpr_core.solving.deadline import Deadline
 
-from ..following.deadline import Deadline
 from ..following.measured_range import within_range
 from ..following.straight_way import hindrance_on_straight_way
 from .kept_state import LastState

@@ -15,8 +15,8 @@ from helpers.geared_robots import geared
 
 from cpr_core import solve_forward, solve_home, solve_inverse
 from cpr_core.model.assessment import Assessment, Threshold
+from cpr_core.solving.deadline import Deadline
 from cpr_ros.error_codes import RequestError
-from cpr_ros.following.deadline import Deadline
 from cpr_ros.following.straight_way import check_straight_way
 
 
