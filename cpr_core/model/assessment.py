@@ -21,22 +21,12 @@ __all__ = [
     "DEFAULT_THRESHOLDS",
     "MEASURES",
     "Assessment",
+    "Measure",
     "Threshold",
     "Thresholds",
     "crossed_thresholds",
     "thresholds_problem",
 ]
-
-#: Measures with thresholds. All fall towards what they warn of.
-MEASURES = (
-    "margin",
-    "forward_singularity",
-    "inverse_singularity",
-    "motor_range",
-    "effort_reserve",
-    "strain_reserve",
-)
-
 
 #: Way from a warning to its stop where there is none: a step, but finite.
 _NO_WAY = 1e-9
@@ -67,15 +57,33 @@ class Threshold:
 #: A threshold for every measure.
 Thresholds = Mapping[str, Threshold]
 
-#: Of whoever names no others. Parameters of the node repeat them: its --help does not wait for this.
-DEFAULT_THRESHOLDS: Thresholds = {
-    "margin": Threshold(0.2, 0.05),
-    "forward_singularity": Threshold(1e-4, 2e-5),
-    "inverse_singularity": Threshold(2e-3, 5e-4),
-    "motor_range": Threshold(0.05, 0.0),
-    "effort_reserve": Threshold(0.2, 0.02),
-    "strain_reserve": Threshold(0.2, 0.05),
+
+@dataclass(frozen=True)
+class Measure:
+    """What a robot is watched by on its way: falls towards what it warns of.
+
+    Attributes:
+        threshold: Of whoever names no other.
+        event: Kind of a ``PathEvent`` where nothing of it is left; empty: no way ends there.
+        of_poses: Whether it counts on the way to poses only.
+    """
+
+    threshold: Threshold
+    event: str = ""
+    of_poses: bool = False
+
+
+#: All measures by name, each a property of :class:`Assessment`. Parameters of the node repeat the
+#: thresholds: its --help does not wait for this.
+MEASURES: Mapping[str, Measure] = {
+    "margin": Measure(Threshold(0.2, 0.05), "stability"),
+    "forward_singularity": Measure(Threshold(1e-4, 2e-5)),
+    "inverse_singularity": Measure(Threshold(2e-3, 5e-4), of_poses=True),
+    "motor_range": Measure(Threshold(0.05, 0.0), "motor_limit"),
+    "effort_reserve": Measure(Threshold(0.2, 0.02), "effort_limit"),
+    "strain_reserve": Measure(Threshold(0.2, 0.05), "strain_limit"),
 }
+DEFAULT_THRESHOLDS: Thresholds = {name: each.threshold for name, each in MEASURES.items()}
 
 
 def thresholds_problem(thresholds: Thresholds, ordered: Collection[str]) -> str:

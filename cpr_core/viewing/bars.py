@@ -15,16 +15,6 @@ from ..model.equilibrium import Equilibrium
 
 __all__ = ["Bar", "bar", "bars"]
 
-#: What measures are called on the page.
-_NAMES = {
-    "margin": "margin",
-    "forward_singularity": "forward singularity",
-    "inverse_singularity": "inverse singularity",
-    "motor_range": "motor range",
-    "effort_reserve": "effort reserve",
-    "strain_reserve": "strain reserve",
-}
-
 
 @dataclass(frozen=True)
 class Bar:
@@ -70,8 +60,8 @@ def bars(equilibrium: Equilibrium, thresholds: Thresholds = DEFAULT_THRESHOLDS) 
 
 def bar(measure: str, value: float, threshold: Threshold) -> Bar:
     """The bar of a measure; a NaN is a stop."""
-    level = threshold.level(value)
+    name, level = measure.replace("_", " "), threshold.level(value)
     if not level > 0.0:
-        return Bar(_NAMES[measure], value, threshold, 0.0, "stop")
+        return Bar(name, value, threshold, 0.0, "stop")
     filled = 1.0 / (1.0 + 1.0 / level)  # also of an infinity
-    return Bar(_NAMES[measure], value, threshold, filled, "fine" if level >= 1.0 else "slow")
+    return Bar(name, value, threshold, filled, "fine" if level >= 1.0 else "slow")

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 from cpr_core.model.assessment import MEASURES, Thresholds
 
-__all__ = ["ON_WAY_TO_MOTORS", "WATCHED", "Settings"]
+__all__ = ["ON_WAY_TO_MOTORS", "ON_WAY_TO_POSES", "WATCHED", "Settings"]
 
-#: Measures that count on the way to motors: the inverse problem matters to platform setpoints only.
-ON_WAY_TO_MOTORS = tuple(name for name in MEASURES if name != "inverse_singularity")
+#: Measures that count on the way to motors.
+ON_WAY_TO_MOTORS = tuple(name for name, measure in MEASURES.items() if not measure.of_poses)
+ON_WAY_TO_POSES = tuple(MEASURES)
 #: Measures that may count together.
-WATCHED = (ON_WAY_TO_MOTORS, MEASURES)
+WATCHED = (ON_WAY_TO_MOTORS, ON_WAY_TO_POSES)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from cpr_core.model.assessment import MEASURES, Assessment
 
 from .goals import SLACK, Goal, MotorGoal, MotorSetpoint, PoseGoal
 from .judged_steps import JudgedSteps
-from .motion_settings import ON_WAY_TO_MOTORS, Settings
+from .motion_settings import ON_WAY_TO_MOTORS, ON_WAY_TO_POSES, Settings
 from .outcome import Outcome
 from .steps import change_between, falls
 from .supervision import Action, Refusal, State, Verdict, verdict
@@ -269,7 +269,7 @@ class SetpointFollower:
     @property
     def watched(self) -> tuple[str, ...]:
         """Measures that count now."""
-        return MEASURES if isinstance(self._goal, PoseGoal) else ON_WAY_TO_MOTORS
+        return ON_WAY_TO_POSES if isinstance(self._goal, PoseGoal) else ON_WAY_TO_MOTORS
 
     def _move(self, current: Assessment, goal: Goal, now: float) -> Assessment:
         """One step towards the goal, or the same equilibrium if it is refused or out of reach."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, Trace, trace_through
 from cpr_core.errors import distinct
-from cpr_core.model.assessment import Assessment, Thresholds
+from cpr_core.model.assessment import MEASURES, Assessment, Thresholds
 
 from .motor_path import MotorPath
 from .steps import falls
@@ -40,13 +40,9 @@ _FRUITLESS = 10
 _NOISE = 1e-5
 #: Measures that are looked at in every tick, all at once.
 _OF_MOTORS = ("motor_range", "effort_reserve")
-#: Measures of what stops a walk.
-_EVENTS = {
-    "motor_limit": "motor_range",
-    "effort_limit": "effort_reserve",
-    "strain_limit": "strain_reserve",
-    "stability": "margin",
-    "time_limit": "time_limit",
+#: Reasons of what stops a walk: the measure of which nothing is left, if it is one.
+_EVENTS = {measure.event: name for name, measure in MEASURES.items() if measure.event} | {
+    "time_limit": "time_limit"
 }
 
 

@@ -11,21 +11,14 @@ from dataclasses import replace
 import cpr_core
 from cpr_core import solve_home
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.model.assessment import Assessment, Threshold
+from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Assessment
 from cpr_ros.following.motion_settings import Settings
 from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.following.supervision import State
 from helpers.yaml_content import yaml_content
 
 PERIOD = 0.005
-THRESHOLDS = {
-    "margin": Threshold(0.2, 0.05),
-    "forward_singularity": Threshold(1e-4, 2e-5),
-    "inverse_singularity": Threshold(2e-3, 5e-4),
-    "motor_range": Threshold(0.05, 0.0),
-    "effort_reserve": Threshold(0.2, 0.02),
-    "strain_reserve": Threshold(0.2, 0.05),
-}
+THRESHOLDS = dict(DEFAULT_THRESHOLDS)
 SETTINGS = Settings(THRESHOLDS, hysteresis=0.1, max_speed=1.0, setpoint_timeout=0.0)
 
 

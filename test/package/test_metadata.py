@@ -18,6 +18,7 @@ from helpers.import_statements import import_statements
 from helpers.quick_end import QUICK_END
 
 from cpr_core.command_line.command import command_parser
+from cpr_core.model.assessment import MEASURES
 from cpr_ros.settings.parameter_table import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
@@ -144,6 +145,13 @@ def test_the_docs_list_the_parameters_of_the_node_and_no_others():
         for parameter in PARAMETERS
     }
     assert len(rows) == len(listed) >= 28
+
+
+def test_every_measure_has_its_meaning_on_the_page_of_the_node():
+    section = (
+        (ROOT / "docs/node.md").read_text().partition("### Thresholds")[2].partition("\n## ")[0]
+    )
+    assert re.findall(r"^\| `(\w+)` \| \w", section, re.MULTILINE) == [*MEASURES]
 
 
 def named_in_the_docs(pattern):

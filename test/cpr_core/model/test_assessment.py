@@ -3,13 +3,16 @@
 
 """Measures of an equilibrium."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from helpers.yaml_content import yaml_content
 
 from cpr_core import load_robot, solve_home
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Assessment
+from cpr_core.model.assessment import DEFAULT_THRESHOLDS, MEASURES, Assessment
+from cpr_core.solving.events import EventKind
 
 
 @pytest.mark.parametrize("leg", [0, 1])
@@ -23,3 +26,9 @@ def test_a_motor_is_loaded_whichever_way_it_pushes(leg):
     reserve = Assessment(solve_home(load_robot(content))).effort_reserve
     assert reserve == pytest.approx(0.1, rel=1e-9)
     assert reserve < DEFAULT_THRESHOLDS["effort_reserve"].warning
+
+
+def test_events_of_measures_are_those_of_paths_each_of_one_measure():
+    events = [measure.event for measure in MEASURES.values() if measure.event]
+    assert set(events) <= set(get_args(EventKind))
+    assert len(set(events)) == len(events)

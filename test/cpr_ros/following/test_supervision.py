@@ -115,6 +115,16 @@ def test_a_refusal_is_a_halt_with_its_own_status(reason, status):
     assert told.speed_scale == 0.0
 
 
+def test_every_measure_has_a_status():
+    statuses = {judged(0.8, refusal=Refusal(measure, "because")).status for measure in MEASURES}
+    assert statuses == {
+        Status.HALT_FOR_STABILITY,
+        Status.HALT_FOR_SINGULARITY,
+        Status.JOINT_BOUND,
+        Status.STRAIN_BOUND,
+    }
+
+
 def test_a_value_and_its_threshold_are_told_apart():
     """They were said to be 0.05 and 0.05."""
     assessment = at(0.05)

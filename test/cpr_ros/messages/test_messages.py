@@ -5,6 +5,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from operator import attrgetter
 from types import SimpleNamespace
 
 import numpy as np
@@ -34,7 +35,7 @@ from cpr_core.lie import rotation_exp
 from cpr_core.model.assessment import Assessment
 from cpr_core.model.kinemato_statics import KinematoStatics
 from cpr_ros.error_codes import RequestError
-from cpr_ros.following.supervision import BLIND
+from cpr_ros.following.supervision import BLIND, FIELDS
 from cpr_ros.interface.diagnostics import diagnostic_array
 from cpr_ros.messages.analysis import fill_kinemato_statics
 from cpr_ros.messages.conversions import (
@@ -125,6 +126,13 @@ def test_measured_motors_are_found_among_others():
     ):
         with pytest.raises(InvalidRequest):
             measured_motors(planar, wrong)
+
+
+def test_every_measure_is_in_the_message():
+    outcome = Drive(robot("delta")).tick()
+    message = metrics_of(outcome)
+    for measure, field in FIELDS.items():
+        assert attrgetter(field)(message) == pytest.approx(outcome.assessment.value(measure)) != 0.0
 
 
 def test_a_platform_that_is_to_be_seen_and_is_not_is_slowed_down(rfrfr):
