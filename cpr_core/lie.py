@@ -21,7 +21,6 @@ from .validation import checked_matrix, checked_vector
 __all__ = [
     "ROTATION_TOLERANCE",
     "angle_motions",
-    "checked_quaternion",
     "directions_across",
     "nearest_rotation",
     "projected_rotation",
@@ -169,24 +168,6 @@ def _unit_quaternion(rotation: ArrayLike) -> tuple[float, float, float, float]:
     return scale * w, scale * x, scale * y, scale * z
 
 
-def checked_quaternion(quaternion_wxyz: ArrayLike) -> tuple[float, float, float, float]:
-    """Components w, x, y, z of a unit quaternion, of length one to rounding.
-
-    Raises:
-        InvalidRequest: Not four numbers.
-        NonFiniteInput: A component is NaN or infinite.
-        InvalidQuaternion: The norm differs from 1 by more than ``QUATERNION_TOLERANCE``.
-    """
-    quaternion = checked_vector("quaternion", quaternion_wxyz, 4, "w x y z").tolist()
-    w, x, y, z = quaternion
-    norm = math.hypot(*quaternion)
-    if abs(norm - 1.0) > QUATERNION_TOLERANCE:
-        raise InvalidQuaternion(
-            "quaternion", f"expected unit length, got norm {norm:g} of {quaternion}"
-        )
-    return w / norm, x / norm, y / norm, z / norm
-
-
 def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
     """Rotation matrix of a unit quaternion (w, x, y, z).
 
@@ -195,7 +176,13 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
         NonFiniteInput: A component is NaN or infinite.
         InvalidQuaternion: The norm differs from 1 by more than ``QUATERNION_TOLERANCE``.
     """
-    w, x, y, z = checked_quaternion(quaternion_wxyz)
+    quaternion = checked_vector("quaternion", quaternion_wxyz, 4, "w x y z").tolist()
+    norm = math.hypot(*quaternion)
+    if abs(norm - 1.0) > QUATERNION_TOLERANCE:
+        raise InvalidQuaternion(
+            "quaternion", f"expected unit length, got norm {norm:g} of {quaternion}"
+        )
+    w, x, y, z = (number / norm for number in quaternion)
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -252,12 +239,13 @@ def nearest_rotation(name: str, matrix: ArrayLike) -> NDArray[np.float64]:
     return rotation
 
 
-def turn_about_z(w: float, z: float) -> float:
-    """Angle from -pi to pi of the turn about z that is nearest to a quaternion with these two numbers.
+def turn_about_z(rotation: NDArray[np.float64]) -> float:
+    """Angle from -pi to pi of the turn about z that is nearest to a rotation, (3, 3).
 
     A tilt of the rest, however turned itself, does not change it.
     """
-    return 2.0 * math.remainder(math.atan2(z, w), math.pi)
+    (a, b, _), (c, d, _), _ = rotation.tolist()
+    return math.atan2(c - b, a + d)
 
 
 def projected_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ from ..description_part import EXACTLY_ACROSS, Part
 from ..lie import directions_across
 from ..rods.rod import Rod
 from .chain import ChainJoint, ChainRod
+from .controlled_coordinates import CONTROLLED_COORDINATES
 from .described_chain import chain_leg, check_joints, check_motors
 from .described_rods import (
     check_fed,
@@ -31,7 +32,7 @@ from .leg_description import LegDescription, described_motors
 from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, NO_LIMITS, Motor, MotorLimits, Welded, described_ratio
 from .plausibility import check_inertia, check_moved, check_positions
-from .robot_description import CONTROLLED_COORDINATES, RobotDescription
+from .robot_description import RobotDescription
 from .tracker import Tracker
 from .written_fields import WrittenFields
 
@@ -317,17 +318,19 @@ def _loads(part: Part, legs: tuple[LegDescription, ...]) -> Loads:
 def _check_controlled(part: Part, description: RobotDescription) -> None:
     """Whether the motors can control these coordinates."""
     controlled = description.controlled
-    allowed = ["x", "y"]
-    if not part.planar:
-        allowed += ["z", "orientation", "roll", "pitch", "yaw"]
-    elif not description.point_platform:
-        allowed.append("angle")
+    space = "planar" if part.planar else "spatial"
+    allowed = [
+        name
+        for name, coordinate in CONTROLLED_COORDINATES.items()
+        if space in coordinate.spaces and not (coordinate.turns and description.point_platform)
+    ]
     for name in controlled:
         if name not in allowed:
             raise part.fail("controlled", f"expected some of {', '.join(allowed)}, got {name!r}")
-    if "orientation" in controlled and {"roll", "pitch", "yaw"} & set(controlled):
+    axes = [axis for name in controlled for axis in CONTROLLED_COORDINATES[name].axes]
+    count = len(axes)
+    if len(set(axes)) < count:
         raise part.fail("controlled", "expected either orientation or single angles, got both")
-    count = sum(CONTROLLED_COORDINATES[name] for name in controlled)
     motor_count, freedom = len(description.motor_names), description.platform_freedom
     if count != motor_count and motor_count <= freedom:
         raise part.fail(

@@ -16,6 +16,7 @@ from ..rods.sections import SECTIONS
 from ..rods.strain_basis import STRAIN_BASES
 from .chain import ChainRod, Link
 from .chain_joints import CHAIN_JOINTS
+from .controlled_coordinates import CONTROLLED_COORDINATES
 from .joints import JOINTS
 from .motors import LEAD, MOTORS, OFFSET, RATIO, Motor
 
@@ -48,6 +49,7 @@ def description_schema() -> dict[str, Any]:
     """
     file = resources.files(__package__).joinpath("description.schema.json")
     schema: dict[str, Any] = json.loads(file.read_text("utf-8"))
+    schema["properties"]["controlled"]["items"]["enum"] = list(CONTROLLED_COORDINATES)
     schema["$defs"] |= {
         "motor": _choice(
             "type", {name: _motor_fields(kind) for name, kind in MOTORS.items()}, MOTORS

@@ -21,6 +21,7 @@ from ..errors import DescriptionWarning
 from ..rods.rod import Rod
 from .chain import ChainJoint, Link
 from .chain_element import ChainElement
+from .controlled_coordinates import CONTROLLED_COORDINATES
 from .leg_description import DescribedMotor
 from .robot_description import RobotDescription
 
@@ -324,7 +325,8 @@ def angle_doubt(names: Iterable[str], pose: Iterable[float]) -> str:
         pose: The numbers [m, rad].
     """
     for name, value in zip(names, pose, strict=True):
-        if name in ("roll", "pitch", "yaw", "angle") and abs(value) > 2.0 * math.pi:
+        coordinate = CONTROLLED_COORDINATES.get(name)  # none: a number of a quaternion
+        if coordinate is not None and coordinate.is_angle and abs(value) > 2.0 * math.pi:
             return f"{name} at {value:g} {_DEGREES}"
     return ""
 

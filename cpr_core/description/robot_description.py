@@ -21,23 +21,11 @@ from .loads import Loads
 from .tracker import Tracker
 from .written_fields import WrittenFields
 
-__all__ = ["CONTROLLED_COORDINATES", "HomeGuess", "ModeCounts", "RobotDescription"]
+__all__ = ["HomeGuess", "ModeCounts", "RobotDescription"]
 
 Floats = NDArray[np.float64]
 #: Numbers of strain modes of a rod: torsion, bending about d2 and d3.
 ModeCounts = tuple[int, int, int]
-
-#: Number of scalars of every controllable platform coordinate.
-CONTROLLED_COORDINATES = {
-    "x": 1,
-    "y": 1,
-    "z": 1,
-    "angle": 1,
-    "orientation": 3,
-    "roll": 1,
-    "pitch": 1,
-    "yaw": 1,
-}
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,13 +13,13 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.controlled_coordinates import pose_of
 from ..description.loads import Loads
 from ..errors import InvalidRequest, NonFiniteInput
 from ..kernels.problems import ProblemName
-from ..lie import roll_pitch_yaw, rotation_from_quaternion, turn_about_z
+from ..lie import rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from ..solving.requests import pose_meaning
 from ..validation import cached_property, checked_number, checked_word, read_only
 
 __all__ = [
@@ -284,12 +284,6 @@ def driven_by(robot: Robot, row: Measurement) -> Drive:
 
 def _pose(robot: Robot, row: Measurement) -> Floats:
     """The controlled coordinates of a row as the inverse problem takes them, NaN where not measured."""
-    values: dict[str, float] = {}
-    if row.position is not None:
-        values |= dict(zip("xyz", row.position.tolist(), strict=True))
-    if row.rotation is not None and row.quaternion_wxyz is not None:
-        rotation = row.rotation
-        values |= dict(zip(("qw", "qx", "qy", "qz"), row.quaternion_wxyz.tolist(), strict=True))
-        values |= dict(zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation), strict=True))
-        values["angle"] = turn_about_z(values["qw"], values["qz"])
-    return np.array([values.get(name, math.nan) for name in pose_meaning(robot)])
+    parts = (row.position, (3,)), (row.rotation, (3, 3)), (row.quaternion_wxyz, (4,))
+    known = (np.full(shape, math.nan) if part is None else part for part, shape in parts)
+    return pose_of(robot.description.controlled, *known)

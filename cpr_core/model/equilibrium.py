@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.controlled_coordinates import pose_of
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..kernels.continuation_kernel import UNPREDICTED
@@ -30,7 +31,7 @@ from ..kernels.record_layout import (
     STEPS,
 )
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE, Tolerances
-from ..lie import quaternion_from_rotation, roll_pitch_yaw
+from ..lie import quaternion_from_rotation
 from ..validation import cached_array, cached_property, checked_word
 from .dense_response import DenseResponse, dense_response
 from .linearisation import Linearisation, LinearisedState, Response
@@ -55,7 +56,6 @@ Floats = NDArray[np.float64]
 
 #: A rough record is taken for an equilibrium as it is.
 _AS_IT_IS = Tolerances(residual=np.inf, iterations=0, contraction=1.0)
-_POSITIONS, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -155,18 +155,9 @@ class Equilibrium(ModelState):
         in radians. Empty where the inverse problem has no single solution. The whole platform is
         ``platform_position`` with ``platform_rotation`` or ``platform_quaternion``.
         """
-        numbers: list[float] = []
         position, rotation = self.platform_position, self.platform_rotation
-        for name in self.robot.description.controlled:
-            if name in _POSITIONS:
-                numbers.append(position[_POSITIONS.index(name)])
-            elif name == "orientation":
-                numbers += self.platform_quaternion.tolist()
-            elif name == "angle":
-                numbers.append(math.atan2(rotation[1, 0], rotation[0, 0]))
-            else:
-                numbers.append(roll_pitch_yaw(rotation)[_ANGLES.index(name)])
-        return np.array(numbers)
+        controlled = self.robot.description.controlled
+        return pose_of(controlled, position, rotation, self.platform_quaternion)
 
     @property
     def factors(self) -> Lanes:

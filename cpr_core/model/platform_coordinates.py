@@ -10,24 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.controlled_coordinates import CONTROLLED_COORDINATES
 from ..description.robot_description import RobotDescription
 from ..validation import read_only
 
 __all__ = ["PlatformCoordinates", "platform_coordinates"]
 
 Integers = NDArray[np.int64]
-
-#: Components of the world twist [omega; v] behind a platform coordinate.
-_TWIST_COMPONENTS = {
-    "x": (3,),
-    "y": (4,),
-    "z": (5,),
-    "angle": (2,),
-    "orientation": (0, 1, 2),
-    "roll": (0,),
-    "pitch": (1,),
-    "yaw": (2,),
-}
 
 
 class PlatformCoordinates(NamedTuple):
@@ -51,9 +40,10 @@ def platform_coordinates(description: RobotDescription) -> PlatformCoordinates:
         axes = np.array([3, 4] if description.point_platform else [2, 3, 4])
     else:
         axes = np.arange(6)
-    controlled = [axis for name in description.controlled for axis in _TWIST_COMPONENTS[name]]
+    coordinates = [CONTROLLED_COORDINATES[name] for name in description.controlled]
+    controlled = [axis for coordinate in coordinates for axis in coordinate.axes]
     return PlatformCoordinates(
         axes=read_only(axes),
         controlled=read_only(np.array(controlled, dtype=np.int64)),
-        controls_angles=bool({"roll", "pitch", "yaw"} & set(description.controlled)),
+        controls_angles=any(coordinate.is_single_angle for coordinate in coordinates),
     )

@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..description.controlled_coordinates import meant_by, numbers_of
 from ..description.plausibility import angle_doubt
 from ..errors import InvalidRequest
-from ..lie import roll_pitch_yaw, rotation_from_angles, rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..validation import checked_vector
@@ -51,39 +53,23 @@ def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
 
 def pose_meaning(robot: Robot) -> tuple[str, ...]:
     """Names of the numbers that make up a pose of the inverse problem."""
-    parts = {"orientation": ("qw", "qx", "qy", "qz")}
-    return tuple(
-        number for name in robot.description.controlled for number in parts.get(name, (name,))
-    )
+    return numbers_of(robot.description.controlled)
 
 
 def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
     """Position and rotation meant by controlled coordinates; the others as at the start."""
     names = pose_meaning(start.robot)
-    values = dict(
-        zip(names, checked_vector("pose", pose, len(names), " ".join(names)), strict=True)
-    )
-    position, rotation = start.platform_position.copy(), start.platform_rotation
-    for axis, name in enumerate("xyz"):
-        position[axis] = values.get(name, position[axis])
-    if "qw" in values:
-        rotation = rotation_from_quaternion([values[name] for name in ("qw", "qx", "qy", "qz")])
-    angles = roll_pitch_yaw(rotation)
-    for axis, name in enumerate(("roll", "pitch", "yaw")):
-        angles[axis] = values.get(name, angles[axis])
-    if start.robot.controls_angles:
-        if abs(angles[1]) > 0.5 * np.pi:
-            doubt = angle_doubt(names, values.values())
-            raise InvalidRequest(
-                "pose",
-                f"expected a pitch of at most pi/2 rad, got {angles[1]} rad"
-                + (f"; {doubt}" if doubt else ""),
-            )
-        rotation = rotation_from_angles(*angles)
-    if "angle" in values:
-        cosine, sine = np.cos(values["angle"]), np.sin(values["angle"])
-        rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return position, rotation
+    values = checked_vector("pose", pose, len(names), " ".join(names))
+    pitch = values[names.index("pitch")] if "pitch" in names else 0.0
+    if abs(pitch) > 0.5 * math.pi:
+        doubt = angle_doubt(names, values)
+        raise InvalidRequest(
+            "pose",
+            f"expected a pitch of at most pi/2 rad, got {pitch} rad"
+            + (f"; {doubt}" if doubt else ""),
+        )
+    place = start.platform_position, start.platform_rotation
+    return meant_by(start.robot.description.controlled, values, *place)
 
 
 def motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.controlled_coordinates import CONTROLLED_COORDINATES
 from ..kernels.twist_layout import LINEAR
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
@@ -75,7 +76,7 @@ class PlatformHandle:
 
     def __init__(self, scene: viser.SceneApi, robot: Robot, dragged: Dragged) -> None:
         controlled = robot.description.controlled
-        turns = any(name not in ("x", "y", "z") for name in controlled)
+        turns = any(CONTROLLED_COORDINATES[name].turns for name in controlled)
         axes = tuple(turns or name in controlled for name in "xyz")
         self._grip, self._dragged = Grip(), dragged
         self._gizmo: Any = None

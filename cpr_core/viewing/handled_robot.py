@@ -12,10 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..description.controlled_coordinates import pose_of
 from ..description.loads import Loads
 from ..errors import CprError, InvalidRequest
 from ..kernels.twist_layout import ANGULAR, LINEAR
-from ..lie import quaternion_from_rotation, roll_pitch_yaw, rotation_from_quaternion
+from ..lie import quaternion_from_rotation, rotation_from_quaternion
 from ..model.configurations import SAME_EQUILIBRIUM, configuration_distance
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
@@ -141,13 +142,8 @@ class HandledRobot:
             place = checked_vector("platform", position, 3, "x y z, m")
         except CprError as error:
             return self._refuse(error, None)
-        parts = dict(zip("xyz", place[:, None], strict=True))
-        parts |= dict(zip(("roll", "pitch", "yaw"), roll_pitch_yaw(rotation)[:, None], strict=True))
-        parts["angle"] = np.array([np.arctan2(rotation[1, 0], rotation[0, 0])])
-        parts["orientation"] = quaternion_from_rotation(rotation)
-        controlled = self.robot.description.controlled
-        pose = np.concatenate([np.zeros(0), *(parts[name] for name in controlled)])
-        return self.move_pose(pose, "platform")
+        placed = place, rotation, quaternion_from_rotation(rotation)
+        return self.move_pose(pose_of(self.robot.description.controlled, *placed), "platform")
 
     def load(self, loads: Loads, hand: str = "loads") -> bool:
         """Let other loads act, motors held; whether they are borne."""

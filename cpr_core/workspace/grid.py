@@ -13,7 +13,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..description.controlled_coordinates import CONTROLLED_COORDINATES
 from ..errors import InvalidRequest, NonFiniteInput
+from ..kernels.twist_layout import FIRST_LINEAR
 from ..model.robot import Robot, checked_robot
 from ..solving.home import solve_home
 from ..validation import (
@@ -36,6 +38,11 @@ Integers = NDArray[np.int64]
 MOST_CELLS = 20_000_000
 _ZYZ = ("phi", "theta", "psi")
 _RPY = ("roll", "pitch", "yaw")
+#: Places of coordinates among x y z and three angles.
+_PLACES = {name: FIRST_LINEAR + number for number, name in enumerate(_ZYZ)} | {
+    name: (coordinate.axes[0] + FIRST_LINEAR) % 6  # twists have rotations first
+    for name, coordinate in CONTROLLED_COORDINATES.items()
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +192,7 @@ def pose_grid(
         used |= {*directions.get(name, {name: 1.0})}
     names, orientation = _pose_names(robot, used)
     units = tuple("m" if name in "xyz" else "rad" for name in names)
-    index = np.array([_place_of(name) for name in names])
+    index = np.array([_PLACES[name] for name in names])
     imposed = _Imposed("pose", names, units, orientation, index)
     return _grid(imposed, vary, held, resolution, directions)
 
@@ -257,16 +264,6 @@ def _pose_names(robot: Robot, used: set[str]) -> tuple[tuple[str, ...], Orientat
         return (*names, "angle"), Orientation.PLANAR
     single = tuple(name for name in _RPY if name in controlled)
     return names + single, Orientation.SINGLE_ANGLES if single else Orientation.NONE
-
-
-def _place_of(name: str) -> int:
-    """Place of a coordinate among x y z and three angles."""
-    if name == "angle":
-        return 5
-    for names, first in ((("x", "y", "z"), 0), (_ZYZ, 3), (_RPY, 3)):
-        if name in names:
-            return first + names.index(name)
-    raise ValueError(name)
 
 
 @dataclass(frozen=True, eq=False)

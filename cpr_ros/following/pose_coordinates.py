@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Robot
-from cpr_core.kernels.twist_layout import ANGULAR, LINEAR
+from cpr_core.description.controlled_coordinates import CONTROLLED_COORDINATES, numbers_of
+from cpr_core.kernels.twist_layout import ANGULAR, FIRST_LINEAR, LINEAR
 from cpr_core.lie import (
     angle_motions,
     quaternion_from_rotation,
@@ -19,15 +20,11 @@ from cpr_core.lie import (
     rotation_from_quaternion,
     turn_between,
 )
-from cpr_core.solving.requests import pose_meaning
 
 __all__ = ["PoseCoordinates", "pose_coordinates"]
 
 Floats = NDArray[np.float64]
 
-#: Axes of the platform, [rotation; position], that numbers of a pose turn it about or move it along.
-_AXES = {"roll": 0, "pitch": 1, "yaw": 2, "angle": 2, "x": 3, "y": 4, "z": 5}
-_FIRST_POSITION = 3
 _TURN = 2.0 * math.pi
 
 
@@ -47,11 +44,13 @@ class PoseCoordinates:
 
     def __init__(self, robot: Robot) -> None:
         """Take the controlled coordinates of a robot."""
-        self.names = pose_meaning(robot)
-        self._length = robot.mean_length
+        self.names = numbers_of(robot.description.controlled)
+        self._length, self._controls_angles = robot.mean_length, robot.controls_angles
         # Place and axis of the numbers that are no quaternion, and the axes of a way.
         self._plain = [
-            (place, _AXES[name]) for place, name in enumerate(self.names) if name in _AXES
+            (place, CONTROLLED_COORDINATES[name].axes[0])
+            for place, name in enumerate(self.names)
+            if name in CONTROLLED_COORDINATES
         ]
         self._axes = [axis for _, axis in self._plain]
         self._quaternion: slice | None = None
@@ -69,7 +68,7 @@ class PoseCoordinates:
         before, after, way = first.tolist(), last.tolist(), list[float]()
         for place, axis in self._plain:
             change = after[place] - before[place]
-            turns = 0 if axis >= _FIRST_POSITION else round(change / _TURN)
+            turns = 0 if axis >= FIRST_LINEAR else round(change / _TURN)
             way.append(change - _TURN * turns)
         if self._quaternion is not None:
             way += turn_between(first[self._quaternion], last[self._quaternion]).tolist()
@@ -111,7 +110,7 @@ class PoseCoordinates:
             rotation: Of the platform, (3, 3).
         """
         rates = twist
-        if {"roll", "pitch", "yaw"} & set(self.names):
+        if self._controls_angles:
             # At a pitch of 90 degrees they are not unique.
             angles = np.linalg.lstsq(angle_motions(rotation), twist[ANGULAR], rcond=None)[0]
             rates = np.concatenate([angles, twist[LINEAR]])
@@ -121,7 +120,7 @@ class PoseCoordinates:
         """Positions [m] and angles [rad] of a way."""
         positions, angles = list[float](), list[float]()
         for axis, number in zip(self._axes, way.tolist(), strict=True):
-            (positions if axis >= _FIRST_POSITION else angles).append(number)
+            (positions if axis >= FIRST_LINEAR else angles).append(number)
         return positions, angles
 
 

@@ -28,10 +28,10 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
+from cpr_core.description.controlled_coordinates import pose_of
 from cpr_core.kernels.twist_layout import ANGULAR, LINEAR
-from cpr_core.lie import checked_quaternion, roll_pitch_yaw, rotation_from_quaternion, turn_about_z
+from cpr_core.lie import rotation_from_quaternion
 from cpr_core.solving.refining import restore_equilibrium
-from cpr_core.solving.requests import pose_meaning
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError
@@ -61,6 +61,8 @@ Floats = NDArray[np.float64]
 #: Order of twists and wrenches in messages, of those with rotation and moment first.
 LINEAR_FIRST = np.array([3, 4, 5, 0, 1, 2])
 
+#: Orientation of a platform of which the positions alone are read.
+_UNTURNED = np.eye(3)
 #: Numbers of a wrench in the order of the core.
 _WRENCH_PARTS = "torque.x torque.y torque.z force.x force.y force.z"
 
@@ -157,26 +159,23 @@ def controlled_pose(
         NonFiniteInput: A NaN or an infinity.
         InvalidQuaternion: No rotation, or in the plane one that leaves it.
     """
-    values = dict(zip(("x", "y", "z"), pose.position, strict=True))
-    read = [name for name in robot.description.controlled if name in values]
+    controlled, rotation = robot.description.controlled, _UNTURNED
+    values = dict(zip("xyz", pose.position, strict=True))
+    read = [name for name in controlled if name in values]
     checked_vector(
         f"{where}pose.position", [values[name] for name in read], len(read), " ".join(read)
     )
-    if len(read) < len(robot.description.controlled):
-        x, y, z, w = pose.orientation
+    x, y, z, w = pose.orientation
+    if len(read) < len(controlled):
         try:
-            _, unit_x, unit_y, _ = checked_quaternion((w, x, y, z))
+            rotation = rotation_from_quaternion((w, x, y, z))
         except InvalidRequest as error:
             raise type(error)(f"{where}pose.orientation", error.problem) from None
-        if robot.planar and 2.0 * (unit_x * unit_x + unit_y * unit_y) > tilt:
+        if robot.planar and 1.0 - rotation[2, 2] > tilt:
             raise InvalidQuaternion(
                 f"{where}pose.orientation", "expected a rotation about z for a planar robot"
             )
-        values |= {"qw": w, "qx": x, "qy": y, "qz": z, "angle": turn_about_z(w, z)}
-        if robot.controls_angles:
-            angles = roll_pitch_yaw(rotation_from_quaternion((w, x, y, z))).tolist()
-            values |= dict(zip(("roll", "pitch", "yaw"), angles, strict=True))
-    return np.array([values[name] for name in pose_meaning(robot)])
+    return pose_of(controlled, np.array(pose.position), rotation, np.array((w, x, y, z)))
 
 
 def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames, where: str = "") -> Loads:

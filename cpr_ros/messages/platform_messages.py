@@ -31,17 +31,6 @@ _TILT = 0.02
 _TWIST = ("angular.x", "angular.y", "angular.z", "linear.x", "linear.y", "linear.z")
 #: Part of the largest component of a twist that turning its axes may leave in others.
 _ROUNDING = 1e-9
-#: Which of them move a controlled coordinate.
-_MOVED_BY = {
-    "x": {"linear.x"},
-    "y": {"linear.y"},
-    "z": {"linear.z"},
-    "angle": {"angular.z"},
-    "roll": {"angular.x"},
-    "pitch": {"angular.y"},
-    "yaw": {"angular.z"},
-    "orientation": {"angular.x", "angular.y", "angular.z"},
-}
 
 
 def measured_pose(robot: Robot, message: PoseStamped) -> NDArray[np.float64]:
@@ -143,7 +132,7 @@ def _turned_to_base(twist: NDArray[np.float64], frame: str, frames: Frames) -> N
 def _check_moves(robot: Robot, twist: NDArray[np.float64]) -> None:
     """Refuse components that move no controlled coordinate: they would be lost without a word."""
     controlled = robot.description.controlled
-    allowed = set().union(*(_MOVED_BY[name] for name in controlled))
+    allowed = {_TWIST[axis] for axis in robot.controlled_axes}
     wrong = [
         name for name, value in zip(_TWIST, twist, strict=True) if value and name not in allowed
     ]

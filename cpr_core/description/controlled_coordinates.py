@@ -1,0 +1,134 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The platform coordinates that an inverse problem may control, and the poses that are made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.twist_layout import FIRST_LINEAR
+from ..lie import (
+    roll_pitch_yaw,
+    rotation_from_angles,
+    rotation_from_quaternion,
+    turn_about_z,
+)
+
+__all__ = ["CONTROLLED_COORDINATES", "Coordinate", "meant_by", "numbers_of", "pose_of"]
+
+Floats = NDArray[np.float64]
+
+#: Numbers of a coordinate by position (3,), rotation (3, 3) and quaternion w x y z of the platform.
+Reading = Callable[[Floats, Floats, Floats], Sequence[float]]
+
+_ANGLES, _QUATERNION = ("roll", "pitch", "yaw"), ("qw", "qx", "qy", "qz")
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A coordinate of the platform.
+
+    Attributes:
+        axes: Components of the world twist [omega; v] that move it; of a single angle of
+            Rz(yaw) Ry(pitch) Rx(roll) the one whose place it takes.
+        spaces: Of which robots it is one: ``planar``, ``spatial``.
+        numbers: Names of its numbers in a pose.
+        read: These numbers [m, rad].
+    """
+
+    axes: tuple[int, ...]
+    spaces: tuple[str, ...]
+    numbers: tuple[str, ...]
+    read: Reading
+
+    @property
+    def turns(self) -> bool:
+        """Whether turning the platform changes it."""
+        return self.axes[0] < FIRST_LINEAR
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether it is one number in radians."""
+        return self.turns and len(self.numbers) == 1
+
+    @property
+    def is_single_angle(self) -> bool:
+        """Whether it is an angle of a rotation that has others."""
+        return self.numbers[0] in _ANGLES
+
+
+def _position(axis: int) -> Reading:
+    return lambda position, *_: (position.item(axis),)
+
+
+def _single_angle(number: int) -> Reading:
+    return lambda _, rotation, *__: (roll_pitch_yaw(rotation).item(number),)
+
+
+_SPATIAL, _ANY = ("spatial",), ("planar", "spatial")
+#: By name, in the order in which errors list them.
+CONTROLLED_COORDINATES = {
+    "x": Coordinate((3,), _ANY, ("x",), _position(0)),
+    "y": Coordinate((4,), _ANY, ("y",), _position(1)),
+    "z": Coordinate((5,), _SPATIAL, ("z",), _position(2)),
+    "angle": Coordinate((2,), ("planar",), ("angle",), lambda _, turn, __: (turn_about_z(turn),)),
+    "orientation": Coordinate((0, 1, 2), _SPATIAL, _QUATERNION, lambda *place: place[2].tolist()),
+    "roll": Coordinate((0,), _SPATIAL, ("roll",), _single_angle(0)),
+    "pitch": Coordinate((1,), _SPATIAL, ("pitch",), _single_angle(1)),
+    "yaw": Coordinate((2,), _SPATIAL, ("yaw",), _single_angle(2)),
+}
+
+
+@cache
+def numbers_of(controlled: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of the numbers that make up a pose of some coordinates."""
+    return tuple(number for name in controlled for number in CONTROLLED_COORDINATES[name].numbers)
+
+
+def pose_of(
+    controlled: tuple[str, ...], position: Floats, rotation: Floats, quaternion: Floats
+) -> Floats:
+    """The numbers of some coordinates, in their order [m, rad].
+
+    Args:
+        controlled: Names of the coordinates.
+        position: Of the platform, (3,) [m].
+        rotation: Of the platform, (3, 3).
+        quaternion: The same w x y z, of either sign.
+    """
+    numbers = list[float]()
+    for name in controlled:
+        numbers += CONTROLLED_COORDINATES[name].read(position, rotation, quaternion)
+    return np.array(numbers)
+
+
+def meant_by(
+    controlled: tuple[str, ...], pose: Floats, position: Floats, rotation: Floats
+) -> tuple[Floats, Floats]:
+    """Position, (3,) [m], and rotation, (3, 3), that a pose means.
+
+    Args:
+        controlled: Names of the coordinates.
+        pose: Their numbers, as `pose_of` has them; a pitch of at most pi/2.
+        position: What those of the position are that it does not say, (3,) [m].
+        rotation: The same of the rotation, (3, 3).
+
+    Raises:
+        InvalidQuaternion: A quaternion far from unit length.
+    """
+    given = dict(zip(numbers_of(controlled), pose.tolist(), strict=True))
+    position = np.array([given.get(name, at) for name, at in zip("xyz", position, strict=True)])
+    if "orientation" in controlled:
+        rotation = rotation_from_quaternion([given[name] for name in _QUATERNION])
+    elif "angle" in controlled:
+        rotation = rotation_from_angles(0.0, 0.0, given["angle"])
+    elif not given.keys().isdisjoint(_ANGLES):
+        angles = zip(_ANGLES, roll_pitch_yaw(rotation), strict=True)
+        rotation = rotation_from_angles(*(given.get(name, angle) for name, angle in angles))
+    return position, rotation
