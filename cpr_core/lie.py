@@ -16,6 +16,7 @@ from .kernels.rotation_matrices import (
     rotation_exp_into,
     rotation_from_angles_into,
 )
+from .kernels.twist_layout import ANGULAR, LINEAR
 from .validation import checked_matrix, checked_vector
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "skew",
     "turn_about_z",
     "turn_between",
+    "turned",
     "turns_by_vector",
     "vectors_by_turn",
 ]
@@ -237,6 +239,16 @@ def nearest_rotation(name: str, matrix: ArrayLike) -> NDArray[np.float64]:
             f"got {given.tolist()}",
         )
     return rotation
+
+
+def turned(vector: NDArray[np.float64], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A twist or a wrench, (6,), of the same point in turned axes.
+
+    Args:
+        vector: In axes of its own, (6,).
+        rotation: From these axes to those of the result, (3, 3).
+    """
+    return np.concatenate([rotation @ vector[ANGULAR], rotation @ vector[LINEAR]])
 
 
 def turn_about_z(rotation: NDArray[np.float64]) -> float:

@@ -19,7 +19,6 @@ import rclpy
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import SolveForward
-from numpy.typing import NDArray
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from tqdm import tqdm
@@ -27,6 +26,7 @@ from tqdm import tqdm
 from cpr_core import CprError, load_robot
 
 from .messages.conversions import equilibrium_from_message
+from .messages.geometry import vector_of
 from .process.own_domain import enter_own_domain
 
 __all__ = ["run"]
@@ -180,12 +180,7 @@ def _draw(steps: list[Step], folder: Path) -> Path:
         draw_equilibrium(
             axes, equilibrium_from_message(robot, step.solution), color=color, label=f"t = {step.t}"
         )
-    path: NDArray[np.float64] = np.array(
-        [
-            [point.x, point.y, point.z]
-            for point in (step.solution.platform_in_base.position for step in steps)
-        ]
-    )
+    path = np.array([vector_of(step.solution.platform_in_base.position) for step in steps])
     axes.plot(*path.T, color="black", linewidth=1.0, linestyle=":", label="platform")
     axes.set_title("6-RFS robot along the motor path of Eq. (53)")
     axes.legend(loc="upper left", fontsize=8)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
-from ..kernels.twist_layout import ANGULAR, LINEAR
+from ..lie import turned
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
@@ -107,9 +107,7 @@ class WrenchEstimate(ReadOnlyArrays):
     @property
     def wrench_body(self) -> Floats:
         """The wrench in the axes of the platform, (6,) [N m, N]."""
-        rotation = self.equilibrium.platform_rotation
-        moment, force = self.wrench_world[ANGULAR], self.wrench_world[LINEAR]
-        return np.concatenate([rotation.T @ moment, rotation.T @ force])
+        return turned(self.wrench_world, self.equilibrium.platform_rotation.T)
 
     @cached_property
     def consistency(self) -> float:

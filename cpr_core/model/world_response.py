@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..kernels.kept_factors import border_of
 from ..validation import ReadOnlyArrays
+from .dense_response import platform_turn
 from .equilibrium import Equilibrium
 from .kinemato_statics import kinemato_statics
 from .robot import Robot
@@ -96,8 +97,8 @@ def _dense(equilibrium: Equilibrium) -> WorldResponse:
     Nothing is inverted: a rigid leg may leave the platform no way to move with the motors held.
     """
     robot, model = equilibrium.robot, kinemato_statics(equilibrium)
-    axes, energy = robot.platform_axes, robot.arrays.energy_unit
-    turn = np.kron(np.eye(2), equilibrium.platform_rotation)[np.ix_(axes, axes)]
+    energy = robot.arrays.energy_unit
+    turn = platform_turn(equilibrium)
     lengths, motors = twist_units(robot), robot.motor_units
     # Of natural wrenches, and to natural twists.
     pushed, moved = turn.T * (energy / lengths), turn / lengths[:, None]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays, RobotArrays
 from ..kernels.square_problem import ProblemScales, SquareProblem, Tolerances
+from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..model.problem_units import problem_units
 from ..model.robot import Robot
 from .grid import Grid
@@ -63,8 +64,7 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
     span = np.stack([filled.argmax(axis=0), len(moving) - filled[::-1].argmax(axis=0)], axis=1)
     held = np.zeros(6, np.int64)
     if not forward:
-        held[:3] = np.isin([3, 4, 5], robot.controlled_axes)
-        held[3:] = np.isin([0, 1, 2], robot.controlled_axes)
+        held[:] = np.isin(np.r_[LINEAR, ANGULAR], robot.controlled_axes)
     unknowns = robot.arrays.inverse_unknowns if robot.redundancy == 0 else _NONE
     forward_problem = SquareProblem(equations, equations, False)
     inverse_problem = SquareProblem(equations, unknowns, bool(robot.controls_angles))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot
-from cpr_core.kernels.twist_layout import ANGULAR, LINEAR
+from cpr_core.lie import turned
 
 from ..following.goals import PoseGoal
 from ..following.pose_coordinates import pose_coordinates
@@ -47,9 +47,7 @@ class PlatformTwist:
 
     def in_base(self, rotation: Floats) -> Floats:
         """The twist in the base frame, (6,), of a platform with a rotation, (3, 3)."""
-        if not self.in_platform:
-            return self.twist
-        return np.concatenate([rotation @ self.twist[ANGULAR], rotation @ self.twist[LINEAR]])
+        return turned(self.twist, rotation) if self.in_platform else self.twist
 
 
 class JogGoal(PoseGoal):

@@ -20,7 +20,7 @@ from cpr_core.model.linear_problems import LinearProblem, Singularity
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError
-from .conversions import LINEAR_FIRST, twist_message, twist_vector, wrench_vector
+from .geometry import LINEAR_FIRST, twist_message, twist_of, wrench_of
 
 __all__ = [
     "fill_kinemato_statics",
@@ -97,11 +97,11 @@ def fill_prediction(
     """
     robot, model = equilibrium.robot, kinemato_statics(equilibrium)
     axes = robot.platform_axes
-    wrench = checked_vector("wrench_increment", wrench_vector(request.wrench_increment), 6)[axes]
+    wrench = checked_vector("wrench_increment", wrench_of(request.wrench_increment), 6)[axes]
     if request.problem == Predict.Request.FORWARD:
         found = model.predict_forward(request.motor_increments, wrench)
     elif request.problem == Predict.Request.INVERSE:
-        platform = checked_vector("platform_increment", twist_vector(request.platform_increment), 6)
+        platform = checked_vector("platform_increment", twist_of(request.platform_increment), 6)
         found = model.predict_inverse(platform[axes], wrench)
     else:
         raise RequestError(

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Between messages and values of the core. ROS puts forces first and the scalar of a quaternion last."""
+"""Between messages and values of the core."""
 
 from __future__ import annotations
 
@@ -16,55 +16,46 @@ from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.msg import Loads as LoadsMessage
-from geometry_msgs.msg import (
-    Pose,
-    PoseStamped,
-    Twist,
-    Vector3,
-    Wrench,
-    WrenchStamped,
-)
+from geometry_msgs.msg import Pose, PoseStamped, WrenchStamped
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 
 from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, Loads, Robot
 from cpr_core.description.controlled_coordinates import pose_of
-from cpr_core.kernels.twist_layout import ANGULAR, LINEAR
-from cpr_core.lie import rotation_from_quaternion
+from cpr_core.lie import rotation_from_quaternion, turned
 from cpr_core.solving.refining import restore_equilibrium
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError
+from .geometry import (
+    WRENCH_FIELDS,
+    fill_quaternion,
+    fill_vector,
+    fill_wrench,
+    quaternion_of,
+    vector_of,
+    wrench_of,
+)
 from .motor_messages import motors_from_joint_state
 
 __all__ = [
-    "LINEAR_FIRST",
     "Frames",
     "PoseNumbers",
     "check_pose_frame",
     "controlled_pose",
     "equilibrium_from_message",
     "fill_equilibrium",
-    "fill_wrench",
     "joint_state",
     "platform_pose",
     "pose_from_message",
     "pose_numbers",
-    "twist_message",
-    "twist_vector",
     "with_wrench",
-    "wrench_vector",
 ]
 
 Floats = NDArray[np.float64]
 
-#: Order of twists and wrenches in messages, of those with rotation and moment first.
-LINEAR_FIRST = np.array([3, 4, 5, 0, 1, 2])
-
 #: Orientation of a platform of which the positions alone are read.
 _UNTURNED = np.eye(3)
-#: Numbers of a wrench in the order of the core.
-_WRENCH_PARTS = "torque.x torque.y torque.z force.x force.y force.z"
 
 
 @dataclass(frozen=True)
@@ -86,11 +77,11 @@ class Frames:
 
 
 class PoseNumbers(NamedTuple):
-    """Numbers of a pose, as messages have them.
+    """Numbers of a pose.
 
     Attributes:
         position: x y z [m].
-        orientation: Quaternion x y z w.
+        orientation: Quaternion w x y z.
     """
 
     position: tuple[float, float, float]
@@ -99,8 +90,7 @@ class PoseNumbers(NamedTuple):
 
 def pose_numbers(message: Pose) -> PoseNumbers:
     """Numbers of a message."""
-    point, turn = message.position, message.orientation
-    return PoseNumbers((point.x, point.y, point.z), (turn.x, turn.y, turn.z, turn.w))
+    return PoseNumbers(vector_of(message.position), quaternion_of(message.orientation))
 
 
 def pose_from_message(
@@ -165,17 +155,17 @@ def controlled_pose(
     checked_vector(
         f"{where}pose.position", [values[name] for name in read], len(read), " ".join(read)
     )
-    x, y, z, w = pose.orientation
     if len(read) < len(controlled):
         try:
-            rotation = rotation_from_quaternion((w, x, y, z))
+            rotation = rotation_from_quaternion(pose.orientation)
         except InvalidRequest as error:
             raise type(error)(f"{where}pose.orientation", error.problem) from None
         if robot.planar and 1.0 - rotation[2, 2] > tilt:
             raise InvalidQuaternion(
                 f"{where}pose.orientation", "expected a rotation about z for a planar robot"
             )
-    return pose_of(controlled, np.array(pose.position), rotation, np.array((w, x, y, z)))
+    position, quaternion = map(np.array, pose)
+    return pose_of(controlled, position, rotation, quaternion)
 
 
 def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames, where: str = "") -> Loads:
@@ -189,7 +179,8 @@ def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames, where: str
         NonFiniteInput: A NaN or an infinity.
     """
     frame = message.header.frame_id or frames.base
-    wrench = checked_vector(f"{where}wrench", wrench_vector(message.wrench), 6, _WRENCH_PARTS)
+    given = wrench_of(message.wrench)
+    wrench = checked_vector(f"{where}wrench", given, 6, " ".join(WRENCH_FIELDS))
     nothing = np.zeros(6)
     if frame == frames.platform:
         return loads.with_(wrench_world=nothing, wrench_body=wrench)
@@ -201,7 +192,7 @@ def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames, where: str
                 f"{where}header.frame_id: expected {frames.base!r} (fixed in space) or "
                 f"{frames.platform!r} (turning with the platform), got {frame!r}",
             )
-        wrench = np.concatenate([rotation @ wrench[ANGULAR], rotation @ wrench[LINEAR]])
+        wrench = turned(wrench, rotation)
     return loads.with_(wrench_world=wrench, wrench_body=nothing)
 
 
@@ -218,22 +209,21 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
         raise InvalidRequest("equilibrium.motors.position", "expected positions, got none")
     loads = robot.default_loads
     for given in message.loads:  # one at most
-        gravity = given.gravity
         # Forces on the rods are the description's; a message does not carry them.
         loads = loads.with_(
-            gravity=[gravity.x, gravity.y, gravity.z],
-            wrench_world=wrench_vector(given.wrench_in_base),
-            wrench_body=wrench_vector(given.wrench_in_platform),
+            gravity=vector_of(given.gravity),
+            wrench_world=wrench_of(given.wrench_in_base),
+            wrench_body=wrench_of(given.wrench_in_platform),
         )
-    position, orientation = message.platform_in_base.position, message.platform_in_base.orientation
+    position, orientation = pose_numbers(message.platform_in_base)
     return restore_equilibrium(
         robot,
         loads,
         motors,
         message.leg_coordinates,
         message.multipliers,
-        rotation_from_quaternion([orientation.w, orientation.x, orientation.y, orientation.z]),
-        [position.x, position.y, position.z],
+        rotation_from_quaternion(orientation),
+        position,
     )
 
 
@@ -252,7 +242,7 @@ def fill_equilibrium(
     longer than writing.
     """
     message.header.stamp, message.header.frame_id = stamp, frames.base
-    fill_joint_state(message.motors, equilibrium, frames, stamp)
+    _fill_joint_state(message.motors, equilibrium, frames, stamp)
     _fill_pose(message.platform_in_base, equilibrium)
     message.leg_coordinates = _doubles(equilibrium.leg_coordinates)
     message.multipliers = _doubles(equilibrium.multipliers)
@@ -278,11 +268,11 @@ def joint_state(
 ) -> JointState:
     """Motor positions and efforts; the velocity of an equilibrium alone is zero."""
     message = JointState()
-    fill_joint_state(message, equilibrium, frames, stamp, velocity)
+    _fill_joint_state(message, equilibrium, frames, stamp, velocity)
     return message
 
 
-def fill_joint_state(
+def _fill_joint_state(
     message: JointState,
     equilibrium: Equilibrium,
     frames: Frames,
@@ -305,20 +295,6 @@ def platform_pose(equilibrium: Equilibrium, frames: Frames, stamp: Time) -> Pose
     return message
 
 
-def twist_message(twist: Floats) -> Twist:
-    """A twist [omega; v], (6,), as a message."""
-    message = Twist()
-    _fill_vector3(message.linear, twist[LINEAR])
-    _fill_vector3(message.angular, twist[ANGULAR])
-    return message
-
-
-def twist_vector(twist: Twist) -> Floats:
-    """A message as a twist [omega; v], (6,)."""
-    parts = (twist.angular, twist.linear)
-    return np.array([value for part in parts for value in (part.x, part.y, part.z)])
-
-
 def _doubles(vector: Floats) -> array[float]:
     """Numbers in the form that message fields take without looking at every one."""
     return array("d", vector.tobytes())
@@ -330,29 +306,12 @@ def _own_loads(equilibrium: Equilibrium) -> list[LoadsMessage]:
     if not loads.differences(default):
         return []
     message = LoadsMessage()
-    _fill_vector3(message.gravity, loads.gravity)
+    fill_vector(message.gravity, loads.gravity)
     fill_wrench(message.wrench_in_base, loads.wrench_world)
     fill_wrench(message.wrench_in_platform, loads.wrench_body)
     return [message]
 
 
 def _fill_pose(message: Pose, equilibrium: Equilibrium) -> None:
-    point, turn = message.position, message.orientation
-    point.x, point.y, point.z = equilibrium.platform_position.tolist()
-    turn.w, turn.x, turn.y, turn.z = equilibrium.platform_quaternion.tolist()
-
-
-def _fill_vector3(message: Vector3, vector: Floats) -> None:
-    message.x, message.y, message.z = vector.tolist()
-
-
-def fill_wrench(message: Wrench, wrench: Floats) -> None:
-    """Write a wrench [m; f], (6,)."""
-    _fill_vector3(message.force, wrench[LINEAR])
-    _fill_vector3(message.torque, wrench[ANGULAR])
-
-
-def wrench_vector(wrench: Wrench) -> Floats:
-    """A message as a wrench [m; f], (6,)."""
-    parts = (wrench.torque, wrench.force)
-    return np.array([value for part in parts for value in (part.x, part.y, part.z)])
+    fill_vector(message.position, equilibrium.platform_position)
+    fill_quaternion(message.orientation, equilibrium.platform_quaternion)

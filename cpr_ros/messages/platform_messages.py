@@ -5,8 +5,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from cpr_msgs.msg import ErrorCode
 from geometry_msgs.msg import PoseStamped, TwistStamped
@@ -15,20 +13,26 @@ from rclpy.time import Time
 from std_msgs.msg import Header
 
 from cpr_core import Equilibrium, InvalidRequest, Robot
-from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion
+from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion, turned
 from cpr_core.solving.requests import pose_meaning
 from cpr_core.validation import checked_vector
 
 from ..closed_loop.jogging import PlatformTwist
 from ..error_codes import RequestError
-from .conversions import Frames, controlled_pose, pose_numbers, twist_vector
+from .conversions import Frames, controlled_pose, pose_numbers
+from .geometry import (
+    TWIST_FIELDS,
+    fill_quaternion,
+    fill_vector,
+    quaternion_of,
+    twist_of,
+    vector_of,
+)
 
 __all__ = ["measured_pose", "measurement_delay", "platform_in_base", "platform_twist"]
 
 #: Tilt out of the plane, 1 - cos(angle), that a measured pose may have: 0.2 rad.
 _TILT = 0.02
-#: Components of a twist [omega; v].
-_TWIST = ("angular.x", "angular.y", "angular.z", "linear.x", "linear.y", "linear.z")
 #: Part of the largest component of a twist that turning its axes may leave in others.
 _ROUNDING = 1e-9
 
@@ -72,22 +76,20 @@ def platform_in_base(current: Equilibrium, message: PoseStamped, frames: Frames)
             ErrorCode.FRAME_TRANSFORM_FAILURE,
             f"header.frame_id: expected {known}, got {frame!r}",
         )
-    point, turn = message.pose.position, message.pose.orientation
-    told = checked_vector("pose.position", [point.x, point.y, point.z], 3, "x y z")
-    orientation = [turn.w, turn.x, turn.y, turn.z]
+    told = checked_vector("pose.position", vector_of(message.pose.position), 3, "x y z")
+    orientation = np.array(quaternion_of(message.pose.orientation))
     if description.point_platform:
         position = tracker.position + tracker.rotation @ told - tracker.marker_position
-        orientation = [1.0, 0.0, 0.0, 0.0]
-    elif any(orientation) and not any(map(math.isnan, orientation)):
+        orientation = np.array([1.0, 0.0, 0.0, 0.0])
+    elif orientation.any() and not np.isnan(orientation).any():
         position, rotation = tracker.platform_in_world(told, rotation_from_quaternion(orientation))
-        orientation = quaternion_from_rotation(rotation).tolist()
+        orientation = quaternion_from_rotation(rotation)
     else:
         arm = current.platform_rotation @ tracker.marker_position
         position = tracker.position + tracker.rotation @ told - arm
     found = PoseStamped(header=Header(stamp=message.header.stamp, frame_id=frames.base))
-    point, turn = found.pose.position, found.pose.orientation
-    point.x, point.y, point.z = position.tolist()
-    turn.w, turn.x, turn.y, turn.z = orientation
+    fill_vector(found.pose.position, position)
+    fill_quaternion(found.pose.orientation, orientation)
     return found
 
 
@@ -107,7 +109,7 @@ def platform_twist(robot: Robot, message: TwistStamped, frames: Frames) -> Platf
         InvalidRequest: A component that moves no controlled coordinate of the robot.
         NonFiniteInput: A NaN or an infinity.
     """
-    twist = checked_vector("twist", twist_vector(message.twist), 6, " ".join(_TWIST))
+    twist = checked_vector("twist", twist_of(message.twist), 6, " ".join(TWIST_FIELDS))
     _check_controlled(robot)
     frame = message.header.frame_id or frames.base
     if frame not in (frames.base, frames.platform):
@@ -124,7 +126,7 @@ def _turned_to_base(twist: NDArray[np.float64], frame: str, frames: Frames) -> N
             ErrorCode.FRAME_TRANSFORM_FAILURE,
             f"header.frame_id: expected {frames.base!r} or {frames.platform!r}, got {frame!r}",
         )
-    found = (twist.reshape(2, 3) @ rotation.T).ravel()
+    found = turned(twist, rotation)
     found[np.abs(found) <= _ROUNDING * np.abs(found).max()] = 0.0
     return found
 
@@ -132,9 +134,11 @@ def _turned_to_base(twist: NDArray[np.float64], frame: str, frames: Frames) -> N
 def _check_moves(robot: Robot, twist: NDArray[np.float64]) -> None:
     """Refuse components that move no controlled coordinate: they would be lost without a word."""
     controlled = robot.description.controlled
-    allowed = {_TWIST[axis] for axis in robot.controlled_axes}
+    allowed = {TWIST_FIELDS[axis] for axis in robot.controlled_axes}
     wrong = [
-        name for name, value in zip(_TWIST, twist, strict=True) if value and name not in allowed
+        name
+        for name, value in zip(TWIST_FIELDS, twist, strict=True)
+        if value and name not in allowed
     ]
     if wrong:
         raise InvalidRequest(

@@ -36,9 +36,9 @@ def read_pose(received: bytes) -> tuple[str, PoseNumbers]:
         behind = _NAME_AT + length
         pose_at = behind + (FIRST - behind) % 8
         if length and len(received) == pose_at + _POSE.size and received[behind - 1] == 0:
-            x, y, z, *orientation = _POSE.unpack_from(received, pose_at)
+            *position, x, y, z, w = _POSE.unpack_from(received, pose_at)
             name = received[_NAME_AT : behind - 1].decode(errors="replace")
-            return name, PoseNumbers((x, y, z), tuple(orientation))
+            return name, PoseNumbers(tuple(position), (w, x, y, z))
     try:
         message = deserialize_message(received, PoseStamped)
     except Exception as error:  # of rclpy, by the middleware

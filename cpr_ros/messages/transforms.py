@@ -15,6 +15,7 @@ from std_msgs.msg import Header
 from cpr_core.lie import rotation_from_quaternion
 
 from .conversions import Frames
+from .geometry import quaternion_of, vector_of
 
 try:
     import tf2_ros
@@ -29,9 +30,8 @@ def transform_of(pose: PoseStamped, child: str) -> TransformStamped:
     transform = TransformStamped(
         header=Header(stamp=pose.header.stamp, frame_id=pose.header.frame_id), child_frame_id=child
     )
-    point = pose.pose.position
     moved = transform.transform.translation
-    moved.x, moved.y, moved.z = point.x, point.y, point.z
+    moved.x, moved.y, moved.z = vector_of(pose.pose.position)
     transform.transform.rotation = pose.pose.orientation
     return transform
 
@@ -65,5 +65,4 @@ class Transforms:
             found = self._buffer.lookup_transform(self.frames.base, frame, Time())
         except tf2_ros.TransformException:
             return None
-        turn = found.transform.rotation
-        return rotation_from_quaternion([turn.w, turn.x, turn.y, turn.z])
+        return rotation_from_quaternion(quaternion_of(found.transform.rotation))

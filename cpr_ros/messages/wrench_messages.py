@@ -17,7 +17,8 @@ from cpr_core import InvalidRequest, Robot, WrenchEstimate
 from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion
 from cpr_core.validation import checked_vector
 
-from .conversions import LINEAR_FIRST, Frames, fill_wrench
+from .conversions import Frames
+from .geometry import LINEAR_FIRST, fill_wrench, quaternion_of, vector_of
 from .motor_messages import measured_values
 
 __all__ = ["estimated_wrench", "measured_efforts", "whole_pose", "wrench_estimate"]
@@ -46,9 +47,8 @@ def whole_pose(message: PoseStamped) -> Floats:
         InvalidQuaternion: No rotation.
         NonFiniteInput: A NaN or an infinity.
     """
-    point, turn = message.pose.position, message.pose.orientation
-    position = checked_vector("position", [point.x, point.y, point.z], 3, "x y z")
-    rotation = rotation_from_quaternion([turn.w, turn.x, turn.y, turn.z])
+    position = checked_vector("position", vector_of(message.pose.position), 3, "x y z")
+    rotation = rotation_from_quaternion(quaternion_of(message.pose.orientation))
     return np.concatenate([position, quaternion_from_rotation(rotation)])
 
 

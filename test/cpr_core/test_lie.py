@@ -340,3 +340,12 @@ def test_a_rounded_rotation_is_the_nearest_one():
 def test_a_matrix_that_is_far_from_any_rotation_is_refused(matrix):
     with pytest.raises(InvalidRequest, match="turned: expected a rotation matrix"):
         lie.nearest_rotation("turned", matrix)
+
+
+@FAST
+@given(rotation=rotations, vector=st.tuples(directions, directions).map(np.concatenate))
+def test_parts_of_a_twist_turn_each_by_itself(rotation, vector):
+    turned = lie.turned(vector, rotation)
+    assert_allclose(turned[:3], rotation @ vector[:3], atol=1e-15)
+    assert_allclose(turned[3:], rotation @ vector[3:], atol=1e-15)
+    assert_allclose(lie.turned(turned, rotation.T), vector, atol=1e-14)
