@@ -184,7 +184,7 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
         raise InvalidQuaternion(
             "quaternion", f"expected unit length, got norm {norm:g} of {quaternion}"
         )
-    w, x, y, z = (number / norm for number in quaternion)
+    w, x, y, z = [number / norm for number in quaternion]
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

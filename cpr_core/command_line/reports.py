@@ -118,7 +118,7 @@ def error_as_text(equilibrium: Equilibrium, error: DiscretisationError) -> str:
 def stability_as_dict(equilibrium: Equilibrium, motors_are: MotorReading) -> dict[str, Any]:
     """Stability of an equilibrium: the spectrum of H_r and its smallest eigenvector as a motion."""
     robot, found = equilibrium.robot, spectrum(equilibrium, motors_are)
-    motion = found.motions[:, 0] if len(found.eigenvalues) else np.zeros(len(found.motions))
+    motion = found.softest_motion
     return {
         "robot": robot.description.name,
         "motors": equilibrium.motors.tolist(),

@@ -83,6 +83,11 @@ class Spectrum:
         return self._dense.motions()
 
     @property
+    def softest_motion(self) -> Floats:
+        """The motion of the smallest eigenvalue, (N,); zeros where nothing is left to move."""
+        return self.motions[:, 0] if len(self.eigenvalues) else np.zeros(len(self.motions))
+
+    @property
     def index(self) -> int:
         """Number of negative eigenvalues; those that vanish to rounding are not counted."""
         sizes = np.abs(self.eigenvalues)

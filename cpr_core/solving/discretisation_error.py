@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import CprError, InvalidRequest
+from ..errors import CprError
 from ..kernels.prepared_robot import newton_step_prepared
 from ..kernels.problems import PROBLEMS, ProblemName
 from ..lie import rotation_log
-from ..model.equilibrium import Equilibrium
+from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..model.robot import Robot
 from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes
@@ -105,8 +105,7 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
         InvalidRequest: No equilibrium, or no problem that this robot has.
         CprError: The equilibrium is singular, so that any small change is a large one.
     """
-    if not isinstance(equilibrium, Equilibrium):
-        raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {equilibrium!r:.200}")
+    check_equilibrium(equilibrium)
     checked_problem(equilibrium.robot, problem)
     return DiscretisationError(
         problem, equilibrium, _newton_step(embedded_richer(equilibrium), problem)

@@ -184,10 +184,10 @@ def trace(
     aim = objective_of(start, problem, objective)
     if isinstance(target, PoseTarget) and aim is not None:
         if past_folds:
-            problem = (
-                "expected none: equilibria of a redundant robot at a pose are more than a curve"
+            raise InvalidRequest(
+                "past_folds",
+                "expected none: equilibria of a redundant robot at a pose are more than a curve",
             )
-            raise InvalidRequest("past_folds", problem)
         return _redundant_trace(
             start, target, loads, fractions, objective, stable_only, time_limit, progress
         )

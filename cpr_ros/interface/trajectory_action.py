@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Timed trajectories from others: a topic, and actions that say how they end."""
+"""Timed trajectories from others: actions that say how they end."""
 
 from __future__ import annotations
 

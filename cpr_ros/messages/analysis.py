@@ -135,7 +135,7 @@ def fill_stability(
         )
     free = request.motors_are == CheckStability.Request.FREE
     found = spectrum(equilibrium, "free" if free else "locked")
-    motion = found.motions[:, 0] if len(found.eigenvalues) else np.zeros(len(found.motions))
+    motion = found.softest_motion
     response.stable = found.index == 0 and found.energy_criterion_applies
     response.energy_criterion_applies = found.energy_criterion_applies
     response.index = found.index
