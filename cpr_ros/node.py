@@ -10,6 +10,8 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 import rclpy
@@ -25,12 +27,14 @@ from cpr_core.model.assessment import crossed_thresholds
 from .following.supervision import Action
 from .interface.first_measured import MEASURED
 from .interface.interfaces import Interfaces, answer_impossible_transitions
-from .interface.outputs import Outputs
+from .interface.outputs import Outputs, Stream
 from .maps.map_folder import MapFolder
 from .messages.transforms import Transforms
 from .middleware.late_clients import LateClients
 from .middleware.publishers import other_publishers
+from .middleware.waiting_requests import WaitingRequests
 from .operation.announcements import Announcements
+from .operation.between_ticks import BetweenTicks
 from .operation.session import Session
 from .operation.starting_place import HELD
 from .process.giving_way import GivingWay
@@ -47,8 +51,6 @@ from .whereabouts import Whereabouts
 
 __all__ = ["CprNode"]
 
-#: How often the last motor commands are said again at rest [Hz].
-_REPEAT_RATE = 1.0
 #: How often the file of the last state is looked at: others may remove it [Hz].
 _FILE_RATE = 1.0
 
@@ -56,6 +58,17 @@ _FILE_RATE = 1.0
 _GIVING_WAY, _GIVING_WAY_AFTER_PAUSE = 2e-4, 5e-4
 #: Part of a tick that it gives way at most.
 _MOST_OF_TICK = 0.1
+
+
+class _Part(Protocol):
+    """What the thread that spins does besides calling back."""
+
+    @property
+    def due(self) -> float:
+        """Steady time at which to look [s]; infinite while nothing is to be done."""
+
+    def look(self, now: float) -> None:
+        """Do it, if it is time to; asked as well whenever something may have come."""
 
 
 class CprNode(LifecycleNode):
@@ -80,15 +93,25 @@ class CprNode(LifecycleNode):
         self._session: Session | None = None
         self._whereabouts: Whereabouts | None = None
         self._active, self._looked_past = False, False
-        self._streams, self._health, self._telling = Periodic(), Periodic(), InPieces()
-        self._tell = self._guarded(lambda: self._telling.look(self._ticking.due))
+        self._streams, self._health = Periodic(), Periodic()
         self._late_clients = LateClients(self, time.monotonic)
-        self._last_state = 0.0
+        self._waiting = WaitingRequests(time.monotonic)
         self._asked = Action.NONE  # by the last tick
         self._ticking = Ticking(
             1.0 / self.parameters.tick_rate,
             self._tick,
             lambda: self._required_session().at_rest and self._announcements.at_rest,
+        )
+        self._telling = InPieces(lambda: self._ticking.due)
+        #: In the order in which they are looked after.
+        self._parts: tuple[_Part, ...] = (
+            self._ticking,
+            self._streams,
+            self._health,
+            self._late_clients,
+            self._waiting,
+            BetweenTicks(lambda: self._session, self._ticking),
+            self._telling,
         )
         self._giving_way = GivingWay(_MOST_OF_TICK / self.parameters.tick_rate)
         prefix, names = self.parameters.frame_prefix, self.parameters.frames
@@ -98,10 +121,9 @@ class CprNode(LifecycleNode):
         self._announcements = Announcements()
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._log_parameters)
-        diagnostics = self._guarded(self._publish_diagnostics)
         self._health.begin(self._started)
-        self._health.add(self.parameters.diagnostics_rate, diagnostics)
-        self._health.add(_FILE_RATE, self._guarded(self._look_after_file))
+        self._health.add(self.parameters.diagnostics_rate, self._publish_diagnostics)
+        self._health.add(_FILE_RATE, self._look_after_file)
         answer_impossible_transitions(self)
         answer_parameter_calls(self)
         self._late_clients.watch()
@@ -140,26 +162,12 @@ class CprNode(LifecycleNode):
 
     def do_what_is_due(self) -> None:
         """Tick and publish; whoever spins calls it after every callback, and when something is due."""
-        self._ticking.look(time.monotonic())
-        now = time.monotonic()
-        self._streams.look(now)
-        self._health.look(now)
-        self._late_clients.look(now)
-        if self.interfaces is not None:
-            self.interfaces.waiting.look(now)
-        if self._session is not None:
-            self._session.look_around(now, self._ticking.resting)
-        self._tell()
+        for part in self._parts:
+            part.look(time.monotonic())
 
     def until_due(self) -> float:
         """Time until something is due [s]."""
-        due = min(self._ticking.due, self._streams.due, self._health.due, self._late_clients.due)
-        if self.interfaces is not None:
-            due = min(due, self.interfaces.waiting.due)
-        if self._session is not None:
-            due = min(due, self._session.first_step.due)
-        now = time.monotonic()
-        return 0.0 if self._telling.fits(now, self._ticking.due) else max(0.0, due - now)
+        return max(0.0, min(part.due for part in self._parts) - time.monotonic())
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the robot, find its home and compile the kernels."""
@@ -270,14 +278,8 @@ class CprNode(LifecycleNode):
         self._asked = session.told(now).action
         self._ticking.start(now)
         self._streams.begin(now)
-        outputs, rates = self.outputs, self.parameters
-        for rate, say, wanted in (
-            (rates.state_rate, self._publish_state, outputs.state_wanted),
-            (rates.stability_rate, self._publish_stability, outputs.stability_wanted),
-            (rates.marker_rate, self._publish_markers, outputs.markers_wanted),
-            (_REPEAT_RATE, self._repeat_commands, lambda now: True),
-        ):
-            self._streams.add(rate, self._guarded(say), wanted)
+        for stream in self.outputs.streams:
+            self._streams.add(stream.rate, partial(self._tell, stream), stream.wanted)
         self.outputs.description(session)
         self.get_logger().info("ready")
 
@@ -308,7 +310,7 @@ class CprNode(LifecycleNode):
         if self.interfaces is None:
             frames, folder = self.transforms.frames, MapFolder.of(self.parameters)
             self.interfaces = Interfaces(
-                self, frames, self.active_session, self._place, self._feel, folder
+                self, frames, self.active_session, self._place, self._feel, folder, self._waiting
             )
             self.interfaces.apply(self._live({}))
             self._late_clients.watch()
@@ -353,11 +355,10 @@ class CprNode(LifecycleNode):
         session.take_note(now)
         self._announce(*self._announcements.after_tick(outcome, now))
         if outcome.moved:
-            self._last_state = now
             self.outputs.step(session, now)
         asked, self._asked = self._asked, session.told(now).action
-        if self._asked != asked and self.outputs.stability_wanted(now):
-            self._publish_stability()  # out of turn: a supervisor does not wait
+        if self._asked != asked and self.outputs.stability.wanted(now):
+            self._tell(self.outputs.stability)  # out of turn: a supervisor does not wait
         if outcome.home_missed:
             self.get_logger().error(
                 "the motors are at home, but this is another equilibrium than home"
@@ -376,23 +377,11 @@ class CprNode(LifecycleNode):
         if information:
             self.get_logger().info(information)
 
-    def _repeat_commands(self) -> None:
-        """For a controller that came later."""
-        command = self._required_session().repeated_command(time.monotonic())
-        if command is not None:
-            self.outputs.motor_commands(command)
-
-    def _publish_state(self) -> None:
-        now = time.monotonic()
-        if now - self._last_state > 0.5 / self.parameters.state_rate:
-            self.outputs.state(self._required_session(), now)
-
-    def _publish_stability(self) -> None:
-        self._telling.begin("stability", self.outputs.stability(self._required_session()))
-
-    def _publish_markers(self) -> None:
-        work = self.outputs.markers(self._required_session(), self.parameters.marker_color)
-        self._telling.begin("markers", work)
+    def _tell(self, stream: Stream) -> None:
+        """Tell what is due of a stream, or begin to."""
+        work = stream.tell(self._required_session(), time.monotonic())
+        if work is not None:
+            self._telling.begin(stream.name, work)
 
     def _publish_diagnostics(self) -> None:
         session, now = self.active_session(), time.monotonic()
@@ -412,18 +401,6 @@ class CprNode(LifecycleNode):
         if self._session is None:
             raise CprError("the node is not configured")
         return self._session
-
-    def _guarded(self, callback: Callable[[], None]) -> Callable[[], None]:
-        """The same, but it cannot raise."""
-
-        def guarded() -> None:
-            try:
-                callback()
-            except Exception:
-                if rclpy.ok():
-                    self.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
-
-        return guarded
 
     def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         """Take over new values, all of one call together."""

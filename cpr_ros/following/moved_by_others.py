@@ -114,11 +114,17 @@ class MovedByOthers:
             "publish it agree"
         )
 
+    @property
+    def due(self) -> float:
+        """Steady time at which a doubt ends, whatever is measured [s]; infinite without."""
+        trial = self._tried_since + _TRIAL if self._trial else math.inf
+        return min(trial, self._far_since + SETTLING) if self.doubt else trial
+
     def look(self, now: float) -> None:
         """Where nothing comes after a doubt, nobody knows where the motors are: they are elsewhere."""
-        if self._trial and now - self._tried_since >= _TRIAL:
+        if self._trial and now >= self._tried_since + _TRIAL:
             self._trial, self._places.often = "", OFTEN
-        if self.doubt and now - self._far_since >= SETTLING:
+        if self.doubt and now >= self._far_since + SETTLING:
             self.away = self._words()
             self.doubt = ""
 

@@ -41,6 +41,7 @@ class Interfaces:
         place: Callable[[NDArray[np.float64]], None],
         feel: Callable[[Session, JointState, float], None],
         folder: MapFolder,
+        waiting: WaitingRequests,
     ) -> None:
         """Offer all of it.
 
@@ -51,17 +52,13 @@ class Interfaces:
             place: Takes the first measured motors of a robot that is nobody knows where, (n,).
             feel: Takes measured motors that may tell what pushes on the platform, and steady time.
             folder: Where maps are written.
+            waiting: The line that requests to solve something wait in.
         """
         self._inputs = Inputs(node, frames, session, time.monotonic, place, feel)
-        self._requests = Requests(node, frames, session)
+        self._requests = Requests(node, frames, session, waiting)
         self._maps = MapAction(node, session, folder)
         self._moves = MoveAction(node, frames, session)
         self._trajectories = trajectory_actions(node, session, frames)
-
-    @property
-    def waiting(self) -> WaitingRequests:
-        """Requests that wait for their turn."""
-        return self._requests.waiting
 
     @property
     def dropped(self) -> DroppedMessages:

@@ -5,8 +5,10 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
+from typing import NamedTuple
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -41,11 +43,13 @@ from ..process.in_pieces import Work
 from ..settings.node_settings import Parameters
 from .diagnostics import diagnostic_array, wrench_status
 
-__all__ = ["LATCHED", "Outputs", "promised"]
+__all__ = ["LATCHED", "Outputs", "Stream", "promised"]
 
 #: For what changes seldom: who comes late is told as well.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _COMMANDS = "~/motor_commands"
+#: How often the last motor commands are said again at rest [Hz].
+_REPEAT_RATE = 1.0
 #: The shortest time between two messages that is promised [s]: the machine may be busy.
 _SHORTEST_PROMISE = 0.1
 
@@ -68,10 +72,30 @@ def promised(rate: float) -> QoSProfile:
     )
 
 
+class Stream(NamedTuple):
+    """What is said again and again while the node is active.
+
+    Attributes:
+        name: Of the work that telling it is.
+        rate: How often [Hz].
+        wanted: Whether anybody listens, at a steady time [s].
+        tell: Tells of the robot at a steady time [s], or gives the work of doing so, in pieces.
+    """
+
+    name: str
+    rate: float
+    wanted: Callable[[float], bool]
+    tell: Callable[[Session, float], Work | None]
+
+
 class Outputs:
     """Everything the node says by itself. Only /diagnostics is published while it is not active.
 
     Messages of the streams are made only while somebody listens to them.
+
+    Attributes:
+        stability: The stream for supervisors.
+        streams: All that is said again and again.
     """
 
     def __init__(self, node: LifecycleNode, transforms: Transforms, parameters: Parameters) -> None:
@@ -103,11 +127,20 @@ class Outputs:
         self._clock = node.get_clock()
         self._joints_heard = Listeners(self._joint_states)
         self._pose_heard = Listeners(self._platform_pose)
-        self._stability_heard = Listeners(self._stability)
-        self._markers_heard = Listeners(self._markers)
-        self._stream = StabilityStream()
+        self._measures, self._last_state = StabilityStream(), -math.inf
         self._about: tuple[Equilibrium, NDArray[np.float64]] | None = None
         self._state = (RepeatedMessage(JointState()), RepeatedMessage(PoseStamped()))
+        rates = parameters
+        heard, seen = Listeners(self._stability), Listeners(self._markers)
+        self.stability = Stream(
+            "stability", rates.stability_rate, heard.lately, self._tell_stability
+        )
+        self.streams = (
+            Stream("state", rates.state_rate, self._state_wanted, self._tell_state),
+            self.stability,
+            Stream("markers", rates.marker_rate, seen.lately, self._tell_markers),
+            Stream("commands", _REPEAT_RATE, lambda now: True, self._repeat_commands),
+        )
 
     def description(self, session: Session) -> None:
         """The robot as its file describes it and as URDF, and its home."""
@@ -120,26 +153,23 @@ class Outputs:
         self._home.publish(joint_state(home, frames, stamp))
         self._home_pose.publish(platform_pose(home, frames, stamp))
 
-    def state_wanted(self, now: float) -> bool:
-        """Whether anybody listens to the state, at a steady time [s]."""
+    def step(self, session: Session, now: float) -> None:
+        """The state after a step, which nobody who listens may miss."""
+        self._last_state = now
+        self._joints_heard.now(now)
+        self._pose_heard.now(now)
+        self._say_state(session, now)
+
+    def _state_wanted(self, now: float) -> bool:
         joints = self._joints_heard.lately(now)
         return self._pose_heard.lately(now) or joints or self._transforms.available
 
-    def stability_wanted(self, now: float) -> bool:
-        """Whether anybody listens to the stability stream."""
-        return self._stability_heard.lately(now)
+    def _tell_state(self, session: Session, now: float) -> None:
+        """The state, if no step was told of lately."""
+        if now - self._last_state > 0.5 / self._parameters.state_rate:
+            self._say_state(session, now)
 
-    def markers_wanted(self, now: float) -> bool:
-        """Whether anybody looks at the legs."""
-        return self._markers_heard.lately(now)
-
-    def step(self, session: Session, now: float) -> None:
-        """The state after a step, which nobody who listens may miss."""
-        self._joints_heard.now(now)
-        self._pose_heard.now(now)
-        self.state(session, now)
-
-    def state(self, session: Session, now: float) -> None:
+    def _say_state(self, session: Session, now: float) -> None:
         """Joint states, platform pose and, with tf2_ros, the platform frame."""
         joints_heard = self._joints_heard.lately(now)
         pose_heard = self._pose_heard.lately(now) or self._transforms.available
@@ -172,22 +202,28 @@ class Outputs:
         assert self._command is not None  # made when the node became active
         self._motor_commands.publish(self._command.of(commands))
 
-    def stability(self, session: Session) -> Work:
+    def _repeat_commands(self, session: Session, now: float) -> None:
+        """For a controller that came later."""
+        command = session.repeated_command(now)
+        if command is not None:
+            self.motor_commands(command)
+
+    def _tell_stability(self, session: Session, now: float) -> Work:
         """Measure the robot, and publish the message for the supervisor.
 
         If the action has changed meanwhile, the next message follows at once.
         """
-        moment = yield from self._tell_stability(session)
+        moment = yield from self._say_stability(session)
         while session.outcome.verdict.action != moment.outcome.verdict.action:
             yield
-            moment = yield from self._tell_stability(session)
+            moment = yield from self._say_stability(session)
 
-    def _tell_stability(self, session: Session) -> Generator[None, None, Moment]:
-        moment = yield from self._stream.measure(
+    def _say_stability(self, session: Session) -> Generator[None, None, Moment]:
+        moment = yield from self._measures.measure(
             lambda: Moment(session.outcome, time.monotonic(), self._now())
         )
         now = time.monotonic()
-        message = self._stream.message(
+        message = self._measures.message(
             moment,
             session.follower.settings.thresholds,
             self._transforms.frames,
@@ -243,9 +279,9 @@ class Outputs:
             )
             self._felt_well.publish(told)
 
-    def markers(self, session: Session, by: str) -> Work:
+    def _tell_markers(self, session: Session, now: float) -> Work:
         """Legs for rviz."""
-        outcome, stamp = session.outcome, self._stamp()
+        outcome, stamp, by = session.outcome, self._stamp(), self._parameters.marker_color
         lines = marked_lines(outcome)
         yield
         frames = self._transforms.frames

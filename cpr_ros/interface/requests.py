@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import time
 import traceback
 from collections.abc import Callable
 from typing import Any
@@ -30,21 +29,23 @@ __all__ = ["Requests"]
 
 
 class Requests:
-    """Everything the node can be asked.
+    """Everything the node can be asked."""
 
-    Attributes:
-        waiting: Those to solve something, which are answered one at a time.
-    """
-
-    def __init__(self, node: Node, frames: Frames, session: Callable[[], Session | None]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        frames: Frames,
+        session: Callable[[], Session | None],
+        waiting: WaitingRequests,
+    ) -> None:
         """Offer the services.
 
         Args:
             node: The node.
             frames: Names of the frames.
             session: Gives the robot in operation; None while the node is not active.
+            waiting: The line of those to solve something, which are answered one at a time.
         """
-        self.waiting = WaitingRequests(time.monotonic)
         self._node, self._frames, self._session = node, frames, session
         for kind, name, fill in (
             (SolveForward, "solve_forward", self._forward),
@@ -53,7 +54,7 @@ class Requests:
             (Predict, "predict", _about(fill_prediction)),
             (CheckStability, "check_stability", _about(fill_stability)),
         ):
-            self.waiting.create_service(node, kind, f"~/{name}", self._answering(fill))
+            waiting.create_service(node, kind, f"~/{name}", self._answering(fill))
         for kind, name, act in ((SetBool, "pause", _pause), (Trigger, "reset", _reset)):
             node.create_service(kind, f"~/{name}", self._answering(act), qos_profile=SERVICE_QOS)
 

@@ -28,13 +28,16 @@ class InPieces:
     after a tick before which none began: work comes to an end however short ticks are.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, next_tick: Callable[[], float], clock: Callable[[], float] = time.monotonic
+    ) -> None:
         """Have nothing to do yet.
 
         Args:
+            next_tick: When the next tick is due [s]; infinite at rest.
             clock: Steady time [s].
         """
-        self._clock = clock
+        self._tick_due, self._clock = next_tick, clock
         #: By kind, each with the number of its next piece; kinds that came first are done first.
         self._works: dict[str, tuple[Work, int]] = {}
         self._took: dict[tuple[str, int], float] = {}
@@ -54,31 +57,30 @@ class InPieces:
         """Do nothing any more."""
         self._works.clear()
 
-    def fits(self, now: float, next_tick: float) -> bool:
-        """Whether there is a piece that will be done in time.
-
-        Args:
-            now: Steady time [s].
-            next_tick: When the next tick is due [s]; infinite at rest.
-        """
+    @property
+    def due(self) -> float:
+        """When to look [s]: at once if a piece will be done before the next tick, else after that."""
         if not self._works:
-            return False
+            return math.inf
+        return -math.inf if self._fits(self._clock(), self._tick_due()) else math.inf
+
+    def _fits(self, now: float, next_tick: float) -> bool:
         kind, (_, piece) = next(iter(self._works.items()))
         return now + self._took.get((kind, piece), 0.0) <= next_tick
 
-    def look(self, next_tick: float) -> None:
+    def look(self, now: float) -> None:
         """Do a piece if it is time to; to be asked whenever it may be, and after every tick.
 
         A piece that raises an error ends its work.
 
         Args:
-            next_tick: When the next tick is due [s]; infinite at rest.
+            now: Steady time [s].
         """
+        next_tick = self._tick_due()
         ticked, self._next_tick = next_tick != self._next_tick, next_tick
         if not self._works:
             return
-        begin = self._clock()
-        if not self.fits(begin, next_tick) and not (ticked and self._waited):
+        if not self._fits(now, next_tick) and not (ticked and self._waited):
             self._waited = self._waited or ticked
             return
         self._waited = False
@@ -91,5 +93,5 @@ class InPieces:
         except Exception:
             self._works.pop(kind, None)
             raise
-        took, before = self._clock() - begin, self._took.get((kind, piece), 0.0)
+        took, before = self._clock() - now, self._took.get((kind, piece), 0.0)
         self._took[kind, piece] = max(took, _FORGETTING * before)

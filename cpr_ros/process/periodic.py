@@ -65,7 +65,7 @@ class Periodic:
 
         Args:
             rate: How often [Hz].
-            say: What to call; must not raise.
+            say: What to call; what it raises ends the look, and the others are called in the next.
             wanted: Whether anybody wants it, at a steady time [s]; if not, this is asked more seldom.
         """
         self._streams.append(_Stream(1.0 / rate, say, wanted))

@@ -17,7 +17,8 @@ def fail(*_arguments, **_options):
 Session.take_note = fail
 Announcements.after_tick = fail
 Outputs.step = fail
-node.CprNode._repeat_commands = lambda self: None  # a command that was late would be said after all
+# A command that was late would be said after all.
+Outputs._repeat_commands = lambda self, session, now: None
 
 if __name__ == "__main__":
     run(node.CprNode)

@@ -3,6 +3,7 @@
 
 """Motors that others have moved: what was to lead elsewhere ends, and nothing goes back by itself."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -224,8 +225,10 @@ def test_a_doubt_that_nothing_settles_ends_what_waits(bench):
     for age in (0.0, 0.4):
         session.look_around(bench.now + age, False)
         assert endings == []
+        assert session.others.due == pytest.approx(bench.now + 0.5)  # when who spins looks again
     session.look_around(bench.now + 0.5, False)
     assert "somebody else has moved the motors" in endings[0].message
+    assert session.others.due == math.inf
     assert bench.tick().verdict.action == Action.HALT
 
 

@@ -20,7 +20,7 @@ class Clockwork:
     def __init__(self, *durations):
         self.now, self.ticks, self.pieces = 0.0, [], []
         self.durations = itertools.cycle(durations or [TICK])
-        self.in_pieces = InPieces(lambda: self.now)
+        self.in_pieces = InPieces(lambda: self.ticking.due, lambda: self.now)
         self.ticking = Ticking(PERIOD, self._tick, lambda: False, lambda: self.now)
         self.ticking.start(self.now)
 
@@ -43,9 +43,8 @@ class Clockwork:
         """Spin."""
         while self.now < end:
             self.ticking.look(self.now)
-            self.in_pieces.look(self.ticking.due)
-            if not self.in_pieces.fits(self.now, self.ticking.due):
-                self.now = max(self.now, self.ticking.due)
+            self.in_pieces.look(self.now)
+            self.now = max(self.now, min(self.in_pieces.due, self.ticking.due))
 
     def lateness(self):
         """The largest of ticks since this was asked for last [s]."""
@@ -98,13 +97,14 @@ def test_a_piece_that_never_fits_is_done_after_the_second_tick():
 def test_at_rest_one_piece_is_done_at_a_look():
     """What comes meanwhile is heard in between."""
     clock = Clockwork()
+    clock.ticking.stop()
     clock.begin("metrics", *3 * [0.01])
     for count in range(1, 4):
-        assert clock.in_pieces.fits(clock.now, math.inf)
-        clock.in_pieces.look(math.inf)
+        assert clock.in_pieces.due < clock.now
+        clock.in_pieces.look(clock.now)
         assert len(clock.pieces) == count
-    assert not clock.in_pieces.fits(clock.now, math.inf)
-    clock.in_pieces.look(math.inf)
+    assert clock.in_pieces.due == math.inf
+    clock.in_pieces.look(clock.now)
     assert len(clock.pieces) == 3
 
 
@@ -116,9 +116,9 @@ def test_what_takes_long_once_is_trusted_again_before_long():
     for turn in range(20):
         clock.begin("metrics", 0.001)
         clock.until(0.2 + 0.1 * turn)
-    begin = clock.now
     clock.begin("metrics", 0.001)
-    assert clock.in_pieces.fits(begin, begin + 0.0045)
+    clock.ticking.due = clock.now + 0.0045
+    assert clock.in_pieces.due < clock.now
 
 
 def test_kinds_are_done_in_order_and_one_of_a_kind_at_a_time():
@@ -141,22 +141,23 @@ def test_an_error_ends_its_own_work_only():
         yield
         raise ValueError("singular")
 
+    clock.ticking.stop()
     clock.in_pieces.begin("failing", failing())
     clock.begin("metrics", 0.001)
-    clock.in_pieces.look(math.inf)
+    clock.in_pieces.look(clock.now)
     with pytest.raises(ValueError, match="singular"):
-        clock.in_pieces.look(math.inf)
-    clock.in_pieces.look(math.inf)
+        clock.in_pieces.look(clock.now)
+    clock.in_pieces.look(clock.now)
     assert clock.pieces == [("metrics", 0)]
     clock.in_pieces.begin("failing", failing())  # the next one is begun
-    assert clock.in_pieces.fits(0.0, math.inf)
+    assert clock.in_pieces.due < clock.now
 
 
 def test_nothing_is_done_after_a_stop():
     clock = Clockwork()
     clock.begin("metrics", 0.001, 0.001)
-    clock.in_pieces.look(math.inf)
+    clock.in_pieces.look(clock.now)
     clock.in_pieces.stop()
-    assert not clock.in_pieces.fits(0.0, math.inf)
+    assert clock.in_pieces.due == math.inf
     clock.until(0.1)
     assert clock.pieces == [("metrics", 0)]

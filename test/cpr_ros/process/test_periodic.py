@@ -4,6 +4,7 @@
 """When streams come, on a clock of the test."""
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -46,6 +47,25 @@ def test_what_is_due_together_wakes_the_node_once():
         clock.add(rate)
     clock.until(10.005)
     assert clock.woke == 500
+
+
+def test_what_fails_keeps_nothing_else_from_its_turns():
+    clock, failed = Clockwork(), []
+    others = [clock.add(10.0), clock.add(20.0)]
+
+    def fail():
+        failed.append(clock.now - clock.begin)
+        raise ValueError("singular")
+
+    clock.periodic.add(10.0, fail)
+    others.append(clock.add(10.0))
+    while clock.now < clock.begin + 1.05:
+        with suppress(ValueError):
+            clock.until(1.05)
+    np.testing.assert_allclose(failed, np.arange(1, 11) / 10.0, atol=1e-4)
+    for said, rate in zip(others, (10.0, 20.0, 10.0), strict=True):
+        expected = np.arange(1, 1.05 * rate) / rate
+        np.testing.assert_allclose(said, expected, atol=1e-4)
 
 
 def test_what_comes_late_is_not_made_up_for_and_moves_nothing():
