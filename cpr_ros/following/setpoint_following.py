@@ -78,14 +78,21 @@ class SetpointFollower:
             tells that something newer has come, also if that is gone already.
     """
 
-    def __init__(self, robot: Robot, period: float, settings: Settings) -> None:
-        """Start idle."""
+    def __init__(
+        self,
+        robot: Robot,
+        period: float,
+        settings: Settings,
+        corrected: Callable[[Goal], Goal] = lambda goal: goal,
+        part_in_reach: Callable[[Floats, float], float] = lambda motors, now: 1.0,
+    ) -> None:
+        """Start idle; for the arguments see the attributes."""
         self.robot, self.period = robot, period
         self.steps = JudgedSteps(robot, period, settings)
         self.watchdog = Watchdog(settings.setpoint_timeout)
-        self.corrected: Callable[[Goal], Goal] = lambda goal: goal
+        self.corrected = corrected
         self.caution = 1.0
-        self.part_in_reach: Callable[[Floats, float], float] = lambda motors, now: 1.0
+        self.part_in_reach = part_in_reach
         self.waits = False
         self.paused = False
         self.dropped = ""

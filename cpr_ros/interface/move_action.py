@@ -167,7 +167,7 @@ class MoveAction(LongAction):
         goal = goal_of(session, handle.request, self._frames)
         measured = measured_arrival(handle.request, session.loop.coordinates)
         session.follow(goal, time.monotonic(), ages=False)
-        session.admission.awaited = goal
+        session.admission.await_end(goal)
         motors = MotorArrival(session.robot)
         replaced, self._motion = self._motion, _Motion(handle, goal, patience, measured, motors)
         self._held_up, self._told = "", -math.inf
@@ -207,8 +207,8 @@ class MoveAction(LongAction):
     def _end(self, motion: _Motion, error: Exception | None, way: float = 0.0) -> None:
         """Bring the goal on its way to its end; ``way`` is what measured motors have left of it."""
         self._motion, session = None, self._session()
-        if session is not None and session.admission.awaited is motion.goal:
-            session.admission.awaited = None
+        if session is not None:
+            session.admission.answered(motion.goal)
         self._answer(motion.handle, motion.goal, error, way)
 
     def _answer(

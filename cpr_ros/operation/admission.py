@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cpr_msgs.msg import ErrorCode
 
 from cpr_core import Equilibrium
+from cpr_core.model.assessment import Assessment
 from cpr_core.solving.deadline import Deadline
 
 from ..error_codes import RequestError
@@ -36,7 +37,6 @@ class Admission:
         tracking: Tracking of measured motors; None: the node moves the motors.
         commands: Where the motors are sent.
         others: Whether others have moved them.
-        awaited: Goal of which somebody waits to hear how it ends, which ticks tell; None: nobody does.
     """
 
     solver: Solver
@@ -45,19 +45,45 @@ class Admission:
     tracking: MotorTracking | None
     commands: MotorCommands
     others: MovedByOthers
-    awaited: Goal | None = None
+    _awaited: Goal | None = field(default=None, init=False)
 
     @property
     def aligned(self) -> bool:
         """Whether the motors have been sent where the node has the robot."""
         return self.commands.aligned_with(self.solver.current.equilibrium.motors)
 
+    def await_end(self, goal: Goal) -> None:
+        """Somebody waits to hear how a goal ends, which ticks tell."""
+        self._awaited = goal
+
+    def answered(self, goal: Goal) -> None:
+        """Who waited for a goal has heard how it ended."""
+        if self._awaited is goal:
+            self._awaited = None
+
     @property
     def awaiting(self) -> bool:
         """Whether somebody waits to hear how the goal of now ends."""
-        return self.awaited is not None and self.awaited is self.follower.goal
+        return self._awaited is not None and self._awaited is self.follower.goal
 
-    def occupied(self) -> str:
+    def check_applied(self, solution: Assessment, deadline: Deadline) -> None:
+        """Whether the robot may be put at a solution.
+
+        Raises:
+            RequestError: It may not, or that was not found out in time.
+        """
+        occupied = self._occupied()
+        if occupied:
+            raise RequestError(ErrorCode.NOT_READY, f"apply: {occupied}")
+        if solution.index > 0:
+            raise RequestError(
+                ErrorCode.UNSTABLE_EQUILIBRIUM,
+                f"apply: the solution is unstable with the motors held (index {solution.index}), "
+                "so the robot cannot rest there; ask without apply to see it",
+            )
+        self._check_way(solution.equilibrium, deadline)
+
+    def _occupied(self) -> str:
         """Why the robot is not put elsewhere now; empty: nothing is against it."""
         if self.others.in_question:
             return self.others.in_question
@@ -72,7 +98,7 @@ class Admission:
             return "the node is paused: release it first"  # else motors set off when the pause ends
         return ""  # commands that are on their way go to the new place instead
 
-    def check_way(self, solution: Equilibrium, deadline: Deadline) -> None:
+    def _check_way(self, solution: Equilibrium, deadline: Deadline) -> None:
         """Whether the motors may go to an equilibrium from where they are.
 
         Raises:

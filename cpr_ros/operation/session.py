@@ -75,11 +75,20 @@ class Session:
             CprError: The home of the description cannot be used.
         """
         self.robot, self.period = robot, 1.0 / parameters.tick_rate
-        self.follower = SetpointFollower(robot, self.period, live.settings)
         self.measured = MeasuredMotors(live.measured_timeout)
+        self.commands = MotorCommands(robot, self.period, live.max_lead)
+        self.loop = PoseLoop(robot, self.period, live.loop)
+        self.follower = SetpointFollower(
+            robot, self.period, live.settings, self.loop.corrected, self._part_in_reach
+        )
         self.trajectories = Trajectories(robot, self.follower, self.period, self.measured)
         self.solver = Solver(
-            robot, frames, self.follower, live.time_limit, parameters.characteristic_length
+            robot,
+            frames,
+            self.follower,
+            live.time_limit,
+            parameters.characteristic_length,
+            lambda solution, deadline: self.admission.check_applied(solution, deadline),
         )
         self.tracking = (
             MotorTracking(robot, live.measured_timeout, self.follower)
@@ -88,11 +97,7 @@ class Session:
         )
         self.wrench = ExternalWrench(robot, live.wrench_timeout)
         self.felt = FeltWrench(robot, live.felt_wrench)
-        self.loop = PoseLoop(robot, self.period, live.loop)
-        self.follower.corrected = self.loop.corrected
-        self.follower.part_in_reach = self._part_in_reach
         self.jogger = Jogger(robot, self.period, self.loop, live.twist_timeout)
-        self.commands = MotorCommands(robot, self.period, live.max_lead)
         self.first_step = FirstStep(robot, self.period, self.follower)
         self._commanded_ahead = False
         self._before = home = self.solver.current
@@ -111,8 +116,6 @@ class Session:
             self.commands,
             self.others,
         )
-        self.solver.occupied = self.admission.occupied
-        self.solver.check_way = self.admission.check_way
 
     def apply(self, live: LiveParameters, now: float) -> bool:
         """Take new live parameters; they start no motion.

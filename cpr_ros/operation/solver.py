@@ -47,9 +47,6 @@ class Solver:
         current: Current equilibrium; replaced by motion, and by a successful request with ``apply``.
         time_limit: Longest time of a request, whatever belongs to it [s].
         clock: Steady time, by which that is measured [s].
-        occupied: Why no solution is applied now; empty: nothing is against it.
-        check_way: Raises where the motors may not go to a solution from where they are, or that is not
-            found out before the deadline.
     """
 
     def __init__(
@@ -59,16 +56,26 @@ class Solver:
         follower: SetpointFollower,
         time_limit: float,
         characteristic_length: float | None = None,
+        check_applied: Callable[[Assessment, Deadline], None] = lambda solution, deadline: None,
     ) -> None:
-        """Start at the home equilibrium."""
+        """Start at the home equilibrium.
+
+        Args:
+            robot: The robot.
+            frames: Names of the frames.
+            follower: Forgets its setpoint when a solution is applied.
+            time_limit: See the attribute [s].
+            characteristic_length: Weighs rotations in singular values [m]; None: the mean rod length.
+            check_applied: Raises where the robot may not be put at a solution, or that is not found out
+                before the deadline.
+        """
         self.robot = robot
         self.frames = frames
         self._follower = follower
         self._length = characteristic_length
         self.time_limit = time_limit
         self.clock: Callable[[], float] = time.perf_counter
-        self.occupied: Callable[[], str] = lambda: ""
-        self.check_way: Callable[[Equilibrium, Deadline], None] = lambda solution, deadline: None
+        self._check_applied = check_applied
         self.current = self._timed(lambda: solve_home(robot))
 
     def forward(self, request: SolveForward.Request) -> Assessment:
@@ -162,16 +169,7 @@ class Solver:
 
     def _applied(self, solution: Assessment, apply: bool, deadline: Deadline) -> Assessment:
         if apply:
-            occupied = self.occupied()
-            if occupied:
-                raise RequestError(ErrorCode.NOT_READY, f"apply: {occupied}")
-            if solution.index > 0:
-                raise RequestError(
-                    ErrorCode.UNSTABLE_EQUILIBRIUM,
-                    f"apply: the solution is unstable with the motors held (index {solution.index}), "
-                    "so the robot cannot rest there; ask without apply to see it",
-                )
-            self.check_way(solution.equilibrium, deadline)
+            self._check_applied(solution, deadline)
             self._follower.drop("a solution was applied")
             self.current = solution
         return solution

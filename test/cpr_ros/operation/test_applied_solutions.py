@@ -173,7 +173,7 @@ def test_no_solution_is_applied_and_no_rest_had_while_somebody_waits_for_a_goal(
     session = bench.session
     goal = MotorGoal(session.robot, [2.6, 0.55])
     session.follow(goal, bench.now, ages=False)
-    session.admission.awaited = goal
+    session.admission.await_end(goal)
     while bench.tick().state != State.IDLE:
         pass
     assert not session.at_rest

@@ -28,10 +28,15 @@ FRAMES = Frames("base", "platform")
 @pytest.fixture
 def solver():
     """Its robot is neither at home nor at the equilibrium that a request brings."""
-    planar = robot("rfrfr")
-    made = Solver(planar, FRAMES, SetpointFollower(planar, PERIOD, SETTINGS), 20.0)
-    made.current = Assessment(solve_forward(planar, [2.7, 0.4]))
-    return made
+    return made()
+
+
+def made(*check_applied):
+    planar, length = robot("rfrfr"), None
+    follower = SetpointFollower(planar, PERIOD, SETTINGS)
+    solver = Solver(planar, FRAMES, follower, 20.0, length, *check_applied)
+    solver.current = Assessment(solve_forward(planar, [2.7, 0.4]))
+    return solver
 
 
 def as_message(equilibrium):
@@ -79,11 +84,11 @@ def asked_inverse(solver):
 
 
 @pytest.mark.parametrize("ask", [asked_forward, asked_inverse])
-def test_what_is_applied_has_one_time_limit_for_all_of_it(solver, ask):
+def test_what_is_applied_has_one_time_limit_for_all_of_it(ask):
     """The solution could take all of it, and the way of the motors there all of it again."""
     left = []
+    solver = made(lambda solution, deadline: left.append(deadline.left))
     solver.clock = count(step=3.0).__next__  # every part of a request takes so long
-    solver.check_way = lambda solution, deadline: left.append(deadline.left)
     ask(solver)
     assert left == [20.0 - 2 * 3.0]
 
