@@ -90,7 +90,6 @@ class CprNode(LifecycleNode):
             raise CprError(problem)
         self.problem, self._started = "", time.monotonic()
         self._stop = stop
-        self._session: Session | None = None
         self._whereabouts: Whereabouts | None = None
         self._active, self._looked_past = False, False
         self._streams, self._health = Periodic(), Periodic()
@@ -102,17 +101,8 @@ class CprNode(LifecycleNode):
             self._tick,
             lambda: self._required_session().at_rest and self._announcements.at_rest,
         )
-        self._telling = InPieces(lambda: self._ticking.due)
-        #: In the order in which they are looked after.
-        self._parts: tuple[_Part, ...] = (
-            self._ticking,
-            self._streams,
-            self._health,
-            self._late_clients,
-            self._waiting,
-            BetweenTicks(lambda: self._session, self._ticking),
-            self._telling,
-        )
+        self._telling = InPieces(self._ticking)
+        self._be_with(None)
         self._giving_way = GivingWay(_MOST_OF_TICK / self.parameters.tick_rate)
         prefix, names = self.parameters.frame_prefix, self.parameters.frames
         self.transforms = Transforms(self, *(prefix + name for name in names))
@@ -159,6 +149,21 @@ class CprNode(LifecycleNode):
     def active_session(self) -> Session | None:
         """The robot in operation; None while the node is not active."""
         return self._session if self._active else None
+
+    def _be_with(self, session: Session | None) -> None:
+        """Have this robot, or none."""
+        self._session = session
+        looking = () if session is None else (BetweenTicks(session, self._ticking),)
+        #: In the order in which they are looked after.
+        self._parts: tuple[_Part, ...] = (
+            self._ticking,
+            self._streams,
+            self._health,
+            self._late_clients,
+            self._waiting,
+            *looking,
+            self._telling,
+        )
 
     def do_what_is_due(self) -> None:
         """Tick and publish; whoever spins calls it after every callback, and when something is due."""
@@ -252,7 +257,7 @@ class CprNode(LifecycleNode):
         steps = warm_up(session, frames)
         while compiled := self._stop.wait_for(lambda: next(steps, "")):
             logger.info(f"compiled {compiled} after {time.monotonic() - begin:.1f} s")
-        self._session = session
+        self._be_with(session)
         self._listen()
         self._look_past_what_stays()
         logger.info("configured")
@@ -279,7 +284,7 @@ class CprNode(LifecycleNode):
         self._ticking.start(now)
         self._streams.begin(now)
         for stream in self.outputs.streams:
-            self._streams.add(stream.rate, partial(self._tell, stream), stream.wanted)
+            self._streams.add(stream.rate, partial(self._tell, stream, session), stream.wanted)
         self.outputs.description(session)
         self.get_logger().info("ready")
 
@@ -297,7 +302,7 @@ class CprNode(LifecycleNode):
         self._deactivate()
         if self.interfaces is not None:
             self.interfaces.stop_maps()
-        self._session = None
+        self._be_with(None)
         self._lose_whereabouts()
 
     def _lose_whereabouts(self) -> None:
@@ -358,7 +363,7 @@ class CprNode(LifecycleNode):
             self.outputs.step(session, now)
         asked, self._asked = self._asked, session.told(now).action
         if self._asked != asked and self.outputs.stability.wanted(now):
-            self._tell(self.outputs.stability)  # out of turn: a supervisor does not wait
+            self._tell(self.outputs.stability, session)  # out of turn: a supervisor does not wait
         if outcome.home_missed:
             self.get_logger().error(
                 "the motors are at home, but this is another equilibrium than home"
@@ -377,9 +382,9 @@ class CprNode(LifecycleNode):
         if information:
             self.get_logger().info(information)
 
-    def _tell(self, stream: Stream) -> None:
+    def _tell(self, stream: Stream, session: Session) -> None:
         """Tell what is due of a stream, or begin to."""
-        work = stream.tell(self._required_session(), time.monotonic())
+        work = stream.tell(session, time.monotonic())
         if work is not None:
             self._telling.begin(stream.name, work)
 

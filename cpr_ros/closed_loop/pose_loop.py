@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,9 +72,8 @@ class LoopSettings:
     timeout: float
 
 
-@dataclass(frozen=True)
-class LoopStatus:
-    """What a supervisor is told.
+class LoopStatus(NamedTuple):
+    """What a supervisor is told; made for every message of the stability stream.
 
     Attributes:
         loop: Whether the setpoint is corrected.

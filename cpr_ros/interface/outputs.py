@@ -124,7 +124,7 @@ class Outputs:
         self._home_pose = publisher(PoseStamped, "~/home_pose", LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._command: CommandMessage | None = None
-        self._clock = node.get_clock()
+        self._clock = node.get_clock().handle
         self._joints_heard = Listeners(self._joint_states)
         self._pose_heard = Listeners(self._platform_pose)
         self._measures, self._last_state = StabilityStream(), -math.inf
@@ -158,7 +158,7 @@ class Outputs:
         self._last_state = now
         self._joints_heard.now(now)
         self._pose_heard.now(now)
-        self._say_state(session, now)
+        self._say_state(session)
 
     def _state_wanted(self, now: float) -> bool:
         joints = self._joints_heard.lately(now)
@@ -167,12 +167,12 @@ class Outputs:
     def _tell_state(self, session: Session, now: float) -> None:
         """The state, if no step was told of lately."""
         if now - self._last_state > 0.5 / self._parameters.state_rate:
-            self._say_state(session, now)
+            self._say_state(session)
 
-    def _say_state(self, session: Session, now: float) -> None:
-        """Joint states, platform pose and, with tf2_ros, the platform frame."""
-        joints_heard = self._joints_heard.lately(now)
-        pose_heard = self._pose_heard.lately(now) or self._transforms.available
+    def _say_state(self, session: Session) -> None:
+        """Joint states, platform pose and, with tf2_ros, its frame, where somebody listens."""
+        joints_heard = self._joints_heard.any
+        pose_heard = self._pose_heard.any or self._transforms.available
         if not joints_heard and not pose_heard:
             return
         (joints, pose), stamp = self._state_of(session), self._now()
@@ -186,9 +186,7 @@ class Outputs:
     def _state_of(self, session: Session) -> tuple[RepeatedMessage, RepeatedMessage]:
         """Messages of the state; at rest those of before."""
         about = session.solver.current.equilibrium, session.velocity
-        if self._about is None or any(
-            known is not newest for known, newest in zip(self._about, about, strict=True)
-        ):
+        if self._about is None or not (self._about[0] is about[0] and self._about[1] is about[1]):
             frames, stamp = self._transforms.frames, Time()
             self._about = about
             self._state = (
@@ -316,4 +314,4 @@ class Outputs:
 
     def _now(self) -> Stamp:
         """ROS time. Not by way of rclpy.time.Time, which takes several times as long."""
-        return divmod(self._clock.handle.get_now().nanoseconds, 1_000_000_000)
+        return divmod(self._clock.get_now().nanoseconds, 1_000_000_000)

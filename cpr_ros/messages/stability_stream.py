@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import replace
 from typing import NamedTuple
 
 from cpr_msgs.msg import Singularity as SingularityMessage
@@ -128,7 +127,7 @@ class StabilityStream:
         unseen: str,
     ) -> tuple[RepeatedMessage, float]:
         """All but what changes with time alone, and the margin; between ticks the message of before."""
-        known, ageless = self._known, replace(loop, age=0.0)
+        known, ageless = self._known, loop._replace(age=0.0)
         if (
             known is None
             or known[0] is not outcome

@@ -14,7 +14,11 @@ __all__ = ["Listeners"]
 
 
 class Listeners:
-    """Those of one publisher."""
+    """Those of one publisher.
+
+    Attributes:
+        any: Whether there was any when that was asked last.
+    """
 
     def __init__(self, publisher: Any) -> None:
         """Ask nothing yet.
@@ -23,13 +27,13 @@ class Listeners:
             publisher: Of rclpy.
         """
         self._publisher = publisher
-        self._any, self._asked = False, -math.inf
+        self.any, self._asked = False, -math.inf
 
     def now(self, now: float) -> bool:
         """Whether there is any, at a steady time [s]: for what is said once."""
-        self._any, self._asked = self._publisher.get_subscription_count() > 0, now
-        return self._any
+        self.any, self._asked = self._publisher.get_subscription_count() > 0, now
+        return self.any
 
     def lately(self, now: float) -> bool:
         """The same, as it was within the last 0.1 s: for what is said again soon."""
-        return self._any if now < self._asked + 0.9 * LOOK else self.now(now)
+        return self.any if now < self._asked + 0.9 * LOOK else self.now(now)

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from ..process.ticking import Ticking
 from .session import Session
@@ -15,27 +14,23 @@ __all__ = ["BetweenTicks"]
 
 
 class BetweenTicks:
-    """Settles doubts, and at rest judges what may be asked for next."""
+    """Settles doubts, and at rest judges what may be asked for next.
 
-    def __init__(self, session: Callable[[], Session | None], ticking: Ticking) -> None:
+    Attributes:
+        due: Steady time of the next look [s]; infinite while there is nothing to look at.
+    """
+
+    def __init__(self, session: Session, ticking: Ticking) -> None:
         """Look at nothing yet.
 
         Args:
-            session: Gives the robot, also while the node is not active; None: there is none.
+            session: The robot, also while the node is not active.
             ticking: Whether the robot rests.
         """
-        self._session, self._ticking = session, ticking
-
-    @property
-    def due(self) -> float:
-        """Steady time of the next look [s]; infinite while there is nothing to look at."""
-        session = self._session()
-        if session is None:
-            return math.inf
-        return min(session.others.due, session.first_step.due)
+        self._session, self._ticking, self.due = session, ticking, math.inf
 
     def look(self, now: float) -> None:
         """Look at a steady time [s]; to be asked whenever something may have come."""
-        session = self._session()
-        if session is not None:
-            session.look_around(now, self._ticking.resting)
+        session = self._session
+        session.look_around(now, self._ticking.resting)
+        self.due = min(session.others.due, session.first_step.due)

@@ -285,7 +285,8 @@ class Session:
     def look_around(self, now: float, resting: bool) -> None:
         """Settle doubts; at rest, judge what may be asked for next, a bit at a time."""
         self.others.look(now)
-        self._end_what_others_ended()
+        if self.others.away:
+            self._end_what_others_ended()
         if resting and self.tracking is None and not self.follower.paused:
             self.first_step.look(self.solver.current, now)
         else:
@@ -391,16 +392,16 @@ class Session:
             waited_for=self._waits,
             several=several,
         )
-        self._end_what_others_ended()
+        if self.others.away:
+            self._end_what_others_ended()
         return begin
 
     def _end_what_others_ended(self) -> None:
-        """Forget where the robot was to go, if others have moved it."""
-        if self.others.away:
-            self.trajectories.stop(ErrorCode.CONTROL_FAILED, self.others.away)
-            if self.follower.goal is not None:
-                self.left_behind = self.others.away
-                self.follower.drop(self.left_behind)
+        """Forget where the robot was to go: others have moved it."""
+        self.trajectories.stop(ErrorCode.CONTROL_FAILED, self.others.away)
+        if self.follower.goal is not None:
+            self.left_behind = self.others.away
+            self.follower.drop(self.left_behind)
 
     def _end_what_is_not_seen(self, now: float) -> None:
         """Forget where the robot was to go, if commands wait for motors that are measured no more."""

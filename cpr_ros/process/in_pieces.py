@@ -12,6 +12,8 @@ import math
 import time
 from collections.abc import Callable, Iterator
 
+from .ticking import Ticking
+
 __all__ = ["InPieces", "Work"]
 
 #: What a piece took before counts so much less every time.
@@ -28,16 +30,14 @@ class InPieces:
     after a tick before which none began: work comes to an end however short ticks are.
     """
 
-    def __init__(
-        self, next_tick: Callable[[], float], clock: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, ticking: Ticking, clock: Callable[[], float] = time.monotonic) -> None:
         """Have nothing to do yet.
 
         Args:
-            next_tick: When the next tick is due [s]; infinite at rest.
+            ticking: When the next tick is due.
             clock: Steady time [s].
         """
-        self._tick_due, self._clock = next_tick, clock
+        self._ticking, self._clock = ticking, clock
         #: By kind, each with the number of its next piece; kinds that came first are done first.
         self._works: dict[str, tuple[Work, int]] = {}
         self._took: dict[tuple[str, int], float] = {}
@@ -62,7 +62,7 @@ class InPieces:
         """When to look [s]: at once if a piece will be done before the next tick, else after that."""
         if not self._works:
             return math.inf
-        return -math.inf if self._fits(self._clock(), self._tick_due()) else math.inf
+        return -math.inf if self._fits(self._clock(), self._ticking.due) else math.inf
 
     def _fits(self, now: float, next_tick: float) -> bool:
         kind, (_, piece) = next(iter(self._works.items()))
@@ -76,7 +76,7 @@ class InPieces:
         Args:
             now: Steady time [s].
         """
-        next_tick = self._tick_due()
+        next_tick = self._ticking.due
         ticked, self._next_tick = next_tick != self._next_tick, next_tick
         if not self._works:
             return

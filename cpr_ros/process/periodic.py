@@ -23,17 +23,12 @@ _NOTHING = 1e-6
 
 @dataclass
 class _Stream:
-    """Of one rate: its calls are at whole periods from the beginning."""
+    """Of one rate: its calls are due at whole periods from the beginning [s]."""
 
     period: float
     say: Callable[[], None]
     wanted: Callable[[float], bool]
-    turn: int = 1
-
-    @property
-    def due(self) -> float:
-        """Time of the next call, from the beginning on [s]."""
-        return self.turn * self.period
+    due: float
 
 
 class Periodic:
@@ -68,7 +63,7 @@ class Periodic:
             say: What to call; what it raises ends the look, and the others are called in the next.
             wanted: Whether anybody wants it, at a steady time [s]; if not, this is asked more seldom.
         """
-        self._streams.append(_Stream(1.0 / rate, say, wanted))
+        self._streams.append(_Stream(1.0 / rate, say, wanted, 1.0 / rate))
         self._find_due()
 
     def look(self, now: float) -> None:
@@ -81,7 +76,7 @@ class Periodic:
                 wanted = stream.wanted(now)
                 # What nobody wants is looked at together, with one waking up.
                 soonest = passed if wanted else LOOK * (math.floor(passed / LOOK) + 1) - _NOTHING
-                stream.turn = math.floor(soonest / stream.period) + 1
+                stream.due = (math.floor(soonest / stream.period) + 1) * stream.period
                 if wanted:
                     stream.say()
         self._find_due()

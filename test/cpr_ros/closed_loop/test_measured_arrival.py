@@ -4,7 +4,6 @@
 """When the measured platform is where a goal wants it."""
 
 import math
-from dataclasses import replace
 
 import pytest
 from cpr_msgs.action import MoveTo
@@ -29,7 +28,7 @@ def arrival(name, given=MoveTo.Goal.GIVEN_POSE, **tolerances):
 @given(SIZES, SIZES, SIZES, SIZES)
 def test_both_errors_have_to_be_within_what_is_asked_for(position, rotation, distance, angle):
     wanted = MeasuredArrival(position, rotation)
-    measured = replace(THERE, position_error=distance, rotation_error=angle)
+    measured = THERE._replace(position_error=distance, rotation_error=angle)
     expected = (position == 0.0 or distance <= position) and (rotation == 0.0 or angle <= rotation)
     assert wanted.met(measured) == expected
     assert not wanted.hindrance(measured)
@@ -45,7 +44,7 @@ def test_both_errors_have_to_be_within_what_is_asked_for(position, rotation, dis
     ],
 )
 def test_what_is_not_measured_at_rest_is_not_there(changed, hindrance):
-    measured = replace(THERE, **changed)
+    measured = THERE._replace(**changed)
     assert not MeasuredArrival(1e-3, 0.0).met(measured)
     assert MeasuredArrival(1e-3, 0.0).hindrance(measured) == hindrance
     assert MeasuredArrival(0.0, 0.0).met(measured)

@@ -20,8 +20,8 @@ class Clockwork:
     def __init__(self, *durations):
         self.now, self.ticks, self.pieces = 0.0, [], []
         self.durations = itertools.cycle(durations or [TICK])
-        self.in_pieces = InPieces(lambda: self.ticking.due, lambda: self.now)
         self.ticking = Ticking(PERIOD, self._tick, lambda: False, lambda: self.now)
+        self.in_pieces = InPieces(self.ticking, lambda: self.now)
         self.ticking.start(self.now)
 
     def _tick(self, now):
