@@ -17,7 +17,8 @@ from typing import Any, get_args
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..identification.calibration import calibrate
-from ..identification.calibration_result import KINDS, CalibrationResult, CalibrationWarning
+from ..identification.calibration_result import CalibrationResult, CalibrationWarning
+from ..identification.compared_layout import KINDS
 from ..identification.measurement_file import read_measurements, write_poses
 from ..identification.measurements import StandardDeviations
 from ..identification.proposed_poses import ProposedPoses, propose_poses
@@ -28,8 +29,6 @@ from .argument_types import new_file, picture
 from .path_commands import add_seed, progress_bar
 
 __all__ = ["add_calibrate_options", "add_measure_options"]
-
-_UNITS = {"position": "m", "rotation": "rad", "motors": "rad or m", "efforts": "N m or N"}
 
 
 def add_calibrate_options(parser: argparse.ArgumentParser) -> None:
@@ -113,7 +112,7 @@ def _add_parameters(parser: argparse.ArgumentParser) -> None:
         type=_deviation,
         metavar="KIND=VALUE",
         help="standard deviations of what is measured: "
-        + ", ".join(f"{kind} [{_UNITS[kind]}]" for kind in KINDS),
+        + ", ".join(f"{name} [{kind.unit}]" for name, kind in KINDS.items()),
     )
 
 
@@ -261,7 +260,7 @@ def _result_as_text(found: CalibrationResult, files: list[str]) -> str:
         shown = f"{deviation:18.3g}" if math.isfinite(deviation) else "    not determined"
         lines.append(f"  {path:{width}}  {before:13.7g}  {value:13.7g}  {shown}")
     for kind, before, after in _root_mean_squares(found):
-        lines.append(f"  {kind:<9} root mean square {before:.3g} -> {after:.3g} {_UNITS[kind]}")
+        lines.append(f"  {kind:<9} root mean square {before:.3g} -> {after:.3g} {KINDS[kind].unit}")
     lines.append(f"  residuals over what the standard deviations say: {found.fit:.2f}")
     lines += [f"  {line}" for line in found.undetermined]
     lines += [f"  WARNING: {line}" for line in found.doubts]

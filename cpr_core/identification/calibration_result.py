@@ -14,14 +14,12 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..validation import ReadOnlyArrays, cached_array, cached_property
 from .compared import ComparedRow
+from .compared_layout import KINDS
 from .number_doubts import HALF_95_PERCENT
 
-__all__ = ["KINDS", "CalibrationResult", "CalibrationWarning"]
+__all__ = ["CalibrationResult", "CalibrationWarning"]
 
 Floats = NDArray[np.float64]
-
-#: What residuals are of.
-KINDS = ("position", "rotation", "motors", "efforts")
 
 
 class CalibrationWarning(UserWarning):
@@ -103,10 +101,9 @@ class CalibrationResult(ReadOnlyArrays):
         found: dict[str, list[Floats]] = {kind: [] for kind in KINDS}
         equilibria = self.after if calibrated else self.before
         for row, equilibrium in zip(self.rows, equilibria, strict=True):
-            each, count = row.differences(equilibrium), equilibrium.robot.motor_count
-            edges = (0, 3, 6, 6 + count, 6 + 2 * count)
-            for kind, first, last in zip(KINDS, edges[:-1], edges[1:], strict=True):
-                found[kind].append(each[(row.places >= first) & (row.places < last)])
+            each = row.differences(equilibrium)
+            for kind, parts in found.items():
+                parts.append(each[row.kinds == kind])
         return {
             kind: np.concatenate(parts)
             for kind, parts in found.items()

@@ -3,8 +3,8 @@
 
 """Measurements beside predictions: what differs, in standard deviations, and how that changes.
 
-A row compares position, rotation, motors and efforts, in this order, as far as they were measured and
-do not drive it: 6 + 2 n numbers at most. A pose is compared in the frame it was measured in.
+A row compares what ``KINDS`` names as far as it was measured and does not drive it: M numbers at most.
+A pose is compared in the frame it was measured in.
 """
 
 from __future__ import annotations
@@ -21,12 +21,14 @@ from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_log, skew
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
+from ..model.robot import Robot
 from ..solving.parameter_derivatives import derivatives
 from ..validation import ReadOnlyArrays
+from .compared_layout import KINDS, OF_TWIST, POSE, joined, kinds_of
 from .measurements import Measurement, StandardDeviations, driven_by
 from .tracker_rates import of_tracker, tracker_rates
 
-__all__ = ["ComparedRow", "compared_row"]
+__all__ = ["ComparedRow", "compared_row", "measured_numbers", "predicted_numbers"]
 
 #: Weights that differ less are the same: an answer moves by less than that part of its deviation.
 _SAME_WEIGHTS = 1e-3
@@ -42,7 +44,8 @@ class ComparedRow(ReadOnlyArrays):
     Attributes:
         measurement: The measurement.
         problem: What drives it.
-        places: What is compared, of position, rotation, motors and efforts, (K,).
+        places: What is compared, of all that may be, (K,).
+        kinds: Of which kind that is, (K,).
         deviations: Of these, without what the drive adds, (K,) [m, rad, ...].
         weights: Makes of differences numbers of unit variance that are independent, (K, K).
     """
@@ -50,23 +53,14 @@ class ComparedRow(ReadOnlyArrays):
     measurement: Measurement
     problem: ProblemName
     places: Integers
+    kinds: NDArray[np.str_]
     deviations: Floats
     weights: Floats
 
     def differences(self, equilibrium: Equilibrium) -> Floats:
         """Predicted minus measured, (K,) [m, rad in the frame of the pose, motors, efforts]."""
-        measured, robot = self.measurement, equilibrium.robot
-        position, rotation = measured.predicted_pose(equilibrium)
-        whole = np.full(6 + 2 * robot.motor_count, np.nan)
-        if measured.position is not None:
-            whole[:3] = position - measured.position
-        if measured.rotation is not None:
-            whole[3:6] = -rotation_log(measured.rotation @ rotation.T)
-        if measured.motors is not None:
-            whole[6 : 6 + robot.motor_count] = equilibrium.motors - measured.motors
-        if measured.efforts is not None:
-            whole[6 + robot.motor_count :] = equilibrium.efforts - measured.efforts
-        return whole[self.places]
+        predicted = predicted_numbers(self.measurement, equilibrium)
+        return (predicted - measured_numbers(equilibrium.robot, self.measurement))[self.places]
 
     def residual(self, equilibrium: Equilibrium) -> Floats:
         """Differences in standard deviations, (K,)."""
@@ -84,16 +78,17 @@ class ComparedRow(ReadOnlyArrays):
         """Derivatives of the residual by parameters, (K, P)."""
         of_robot = [path for path in paths if not of_tracker(path)]
         own = np.isin(paths, of_robot)
-        whole = np.zeros((6 + 2 * equilibrium.robot.motor_count, len(paths)))
+        kinds = kinds_of(equilibrium.robot)
+        whole = np.zeros((len(kinds), len(paths)))
         if of_robot:
             by = derivatives(equilibrium, of_robot, problem=self.problem)
-            whole[:, own] = np.vstack([by.position, by.rotation, by.motors, by.efforts])
+            whole[:, own] = joined(equilibrium.robot, {kind: getattr(by, kind) for kind in KINDS})
         if self.measurement.frame == "tracker":
-            whole[:6] = tracker_rates(equilibrium, paths, whole[:6])
+            whole[POSE] = tracker_rates(equilibrium, paths, whole[POSE])
         if self.measurement.rotation is not None:
             _, rotation = self.measurement.predicted_pose(equilibrium)
             apart = rotation_log(self.measurement.rotation @ rotation.T)
-            whole[3:6] = _log_rate(apart) @ whole[3:6]
+            whole[kinds == "rotation"] = _log_rate(apart) @ whole[kinds == "rotation"]
         found: Floats = self.weights @ whole[self.places]
         return found
 
@@ -109,6 +104,25 @@ def _log_rate(apart: Floats) -> Floats:
     return found
 
 
+def measured_numbers(robot: Robot, measurement: Measurement) -> Floats:
+    """What was measured, (M,), NaN where nothing was: a rotation as the turn from itself, none."""
+    values = {kind: getattr(measurement, kind) for kind in KINDS}
+    if measurement.rotation is not None:
+        values["rotation"] = np.zeros(3)
+    return joined(robot, values)
+
+
+def predicted_numbers(measurement: Measurement, equilibrium: Equilibrium) -> Floats:
+    """The same of an equilibrium, (M,): a rotation as the turn from the one that was measured."""
+    position, rotation = measurement.predicted_pose(equilibrium)
+    turn = None
+    if measurement.rotation is not None:
+        turn = -rotation_log(measurement.rotation @ rotation.T)
+    pose = {"position": position, "rotation": turn}
+    others = {kind: getattr(equilibrium, kind) for kind in KINDS if kind not in pose}
+    return joined(equilibrium.robot, pose | others)
+
+
 def compared_row(
     measurement: Measurement, equilibrium: Equilibrium, deviations: StandardDeviations
 ) -> ComparedRow:
@@ -121,61 +135,43 @@ def compared_row(
         InvalidRequest: A standard deviation that is needed is not given.
     """
     robot = equilibrium.robot
-    problem, count = driven_by(robot, measurement).problem, robot.motor_count
-    measured = np.zeros(6 + 2 * count, np.bool_)
-    if measurement.position is not None:
-        measured[:3] = np.isfinite(measurement.position)
-    if measurement.rotation is not None:
-        measured[3:6] = True
-    for first, values in ((6, measurement.motors), (6 + count, measurement.efforts)):
-        if values is not None:
-            measured[first : first + count] = np.isfinite(values)
+    problem, kinds = driven_by(robot, measurement).problem, kinds_of(robot)
+    measured = np.isfinite(measured_numbers(robot, measurement))
     if measurement.frame == "world":  # in the tracker's frame all of it may move
-        moving = (robot.platform_axes + 3) % 6  # twists have rotations first
-        measured[:6] &= np.isin(np.arange(6), moving)
+        measured[POSE] &= np.isin(np.arange(6), OF_TWIST[robot.platform_axes])
     elif robot.description.point_platform:
-        measured[3:6] = False
-    driving = _driving(equilibrium, problem)
+        measured[kinds == "rotation"] = False
+    driving = kinds == problem
+    if problem == "pose":
+        driving[OF_TWIST[robot.controlled_axes]] = True
     places = np.flatnonzero(measured & ~driving)
-    kinds = ["position"] * 3 + ["rotation"] * 3 + ["motors"] * count + ["efforts"] * count
-    each = np.array([deviations.of(kinds[place]) for place in places])
-    own = [getattr(deviations, kinds[place]) or 0.0 for place in np.flatnonzero(driving)]
+    each = np.array([deviations.of(kind) for kind in kinds[places]])
+    own = [getattr(deviations, kind) or 0.0 for kind in kinds[driving]]
     if not any(own):
-        return ComparedRow(measurement, problem, places, each, np.diag(1.0 / each))
+        return ComparedRow(measurement, problem, places, kinds[places], each, np.diag(1.0 / each))
     moved = _moved_by_drive(equilibrium, driving)
     if measurement.frame == "tracker":
-        moved[:6] = tracker_rates(equilibrium, (), moved[:6])
+        moved[POSE] = tracker_rates(equilibrium, (), moved[POSE])
     moved = moved[places] * own
     lower = scipy.linalg.cholesky(np.diag(each**2) + moved @ moved.T, lower=True)
     weights = scipy.linalg.solve_triangular(lower, np.eye(len(places)), lower=True)
-    return ComparedRow(measurement, problem, places, each, weights)
-
-
-def _driving(equilibrium: Equilibrium, problem: ProblemName) -> NDArray[np.bool_]:
-    """What drives an equilibrium, of position, rotation, motors and efforts."""
-    robot, count = equilibrium.robot, equilibrium.robot.motor_count
-    found = np.zeros(6 + 2 * count, np.bool_)
-    if problem == "pose":
-        found[(robot.controlled_axes + 3) % 6] = True
-    else:
-        first = 6 if problem == "motors" else 6 + count
-        found[first : first + count] = True
-    return found
+    return ComparedRow(measurement, problem, places, kinds[places], each, weights)
 
 
 def _moved_by_drive(equilibrium: Equilibrium, driving: NDArray[np.bool_]) -> Floats:
-    """How everything follows what drives, to first order, (6 + 2 n, D)."""
+    """How everything follows what drives, to first order, (M, D)."""
     robot, model = equilibrium.robot, kinemato_statics(equilibrium)
     body = np.zeros((6, robot.motor_count))
     body[robot.platform_axes] = model.jacobian
     turn = equilibrium.platform_rotation
-    by_motors = np.vstack(
-        [
-            turn @ body[LINEAR],
-            turn @ body[ANGULAR],
-            np.eye(robot.motor_count),
-            model.efforts_by_motors,
-        ]
+    by_motors = joined(
+        robot,
+        {
+            "position": turn @ body[LINEAR],
+            "rotation": turn @ body[ANGULAR],
+            "motors": np.eye(robot.motor_count),
+            "efforts": model.efforts_by_motors,
+        },
     )
     found: Floats = by_motors @ scipy.linalg.pinv(by_motors[driving])
     return found

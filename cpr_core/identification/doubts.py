@@ -18,7 +18,8 @@ from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.geometrico_statics import solve_forward
-from .compared import ComparedRow
+from .compared import ComparedRow, measured_numbers, predicted_numbers
+from .compared_layout import KINDS, kinds_of
 from .measurements import Measurement, StandardDeviations
 from .tracker_rates import of_tracker
 
@@ -239,24 +240,24 @@ def _columns(
     rows: Sequence[ComparedRow], predicted: Sequence[Equilibrium]
 ) -> Iterator[tuple[str, str, Floats, Floats, float]]:
     """What was compared column by column: its name, measured, predicted, standard deviation."""
-    robot, count = predicted[0].robot, predicted[0].robot.motor_count
-    names = [("position ", axis) for axis in "xyz"] + [("", "")] * 3
-    names += [("motors: ", name) for name in robot.motor_names]
-    names += [("efforts: ", name) for name in robot.motor_names]
-    shown = [_shown(row.measurement, count) for row in rows]
-    for place in (*range(3), *range(6, 6 + 2 * count)):
+    robot = predicted[0].robot
+    shown = [
+        (row, measured_numbers(robot, row.measurement), predicted_numbers(row.measurement, found))
+        for row, found in zip(rows, predicted, strict=True)
+    ]
+    names = [name for kind in KINDS.values() for name in kind.names(robot)]
+    for place, (kind, name) in enumerate(zip(kinds_of(robot), names, strict=True)):
+        if kind == "rotation":  # looked at as quaternions
+            continue
         values, foretold, deviations = [], [], [0.0]
-        for row, equilibrium, numbers in zip(rows, predicted, shown, strict=True):
-            if place not in row.places:
-                continue
-            at = int(np.searchsorted(row.places, place))
-            position, _ = row.measurement.predicted_pose(equilibrium)
-            all_of = (position, np.zeros(3), equilibrium.motors, equilibrium.efforts)
-            foretold.append(float(np.concatenate(all_of)[place]))
-            values.append(float(numbers[place]))
-            deviations.append(float(row.deviations[at]))
-        yield (*names[place], np.array(values), np.array(foretold), max(deviations))
-    turns = [row.deviations[(row.places >= 3) & (row.places < 6)] for row in rows]
+        for row, numbers, expected in shown:
+            if place in row.places:
+                foretold.append(float(expected[place]))
+                values.append(float(numbers[place]))
+                deviations.append(float(row.deviations[row.places == place][0]))
+        title = "position " if kind == "position" else f"{kind}: "
+        yield title, name, np.array(values), np.array(foretold), max(deviations)
+    turns = [row.deviations[row.kinds == "rotation"] for row in rows]
     deviation = max(map(float, np.concatenate(turns)), default=0.0)
     if deviation > 0.0:
         pairs = [
@@ -271,15 +272,6 @@ def _columns(
         own, other = np.array(poses).transpose(1, 0, 2)
         for axis, name in enumerate("wxyz"):
             yield "quaternion ", name, own[:, axis], other[:, axis], deviation
-
-
-def _shown(row: Measurement, count: int) -> Floats:
-    """Position, rotation (not here), motors and efforts as they were measured, (6 + 2 n,)."""
-    found = np.full(6 + 2 * count, np.nan)
-    for first, values in ((0, row.position), (6, row.motors), (6 + count, row.efforts)):
-        if values is not None:
-            found[first : first + len(values)] = values
-    return found
 
 
 def fit_doubts(
