@@ -28,13 +28,7 @@ from .deadline import Deadline
 from .events import EventKind, PathEvent
 from .held_problem import checked_problem, held
 from .limits import check_limits
-from .not_reached import (
-    NoForwardSolution,
-    NoInverseSolution,
-    NotReached,
-    TimeLimitExceeded,
-    UnstableEquilibrium,
-)
+from .not_reached import NotReached, refusal_of
 from .path import Path, Point
 from .targets import PoseTarget
 
@@ -210,12 +204,7 @@ class _Walk:
             f"parameters: not reached with the {self.problem} held, {text}: the branch could be "
             f"followed over {100.0 * low.fraction:.2f} % of the way"
         )
-        if kind == "stability":
-            return UnstableEquilibrium(message, low.fraction, low.equilibrium, event)
-        if kind == "time_limit":
-            return TimeLimitExceeded(message, low.fraction, low.equilibrium, event)
-        failure = NoInverseSolution if self.problem == "pose" else NoForwardSolution
-        return failure(message, low.fraction, low.equilibrium, event)
+        return refusal_of(event, message, low.equilibrium, self.problem, self.stable_only)
 
 
 def _near(before: Equilibrium, after: Equilibrium) -> bool:

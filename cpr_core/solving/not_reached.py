@@ -22,6 +22,7 @@ __all__ = [
     "StrainLimitExceeded",
     "TimeLimitExceeded",
     "UnstableEquilibrium",
+    "refusal_of",
 ]
 
 
@@ -163,3 +164,23 @@ class StrainLimitExceeded(_LimitPassed):
         told, most = distinct(value, limit, fewest=6)
         what = f"{leg}: bending strain {told} is above its yield strain {most}"
         super().__init__(what, fraction, last, event)
+
+
+def refusal_of(
+    event: PathEvent, message: str, last: Equilibrium, problem: str, stable_only: bool
+) -> NotReached:
+    """The error of a way that an event stopped; that of limits is ``limit_error``.
+
+    Args:
+        event: What stopped it.
+        message: How far it was gone, and why not farther.
+        last: Last good equilibrium on it.
+        problem: What was imposed: ``motors``, ``pose`` or ``efforts``.
+        stable_only: Whether stability must not end on it.
+    """
+    kind: type[NotReached] = NoInverseSolution if problem == "pose" else NoForwardSolution
+    if event.kind == "time_limit":
+        kind = TimeLimitExceeded
+    elif stable_only and event.kind in ("stability", "bifurcation"):
+        kind = UnstableEquilibrium
+    return kind(message, event.fraction, last, event)

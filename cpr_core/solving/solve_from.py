@@ -17,13 +17,7 @@ from .continuation import Walk
 from .events import PathEvent
 from .limits import check_limits, limit_error
 from .near_request import solve_near
-from .not_reached import (
-    NoForwardSolution,
-    NoInverseSolution,
-    NotReached,
-    TimeLimitExceeded,
-    UnstableEquilibrium,
-)
+from .not_reached import NotReached, refusal_of
 from .objectives import objective_of
 from .redundant_walk import walk_to
 from .requests import pose_meaning, target_of
@@ -136,9 +130,4 @@ def _not_reached(
     )
     doubt = _doubt(start, target)
     text += f"; {doubt}" if doubt else ""
-    if event.kind == "time_limit":
-        return TimeLimitExceeded(text, event.fraction, walk.last, event)
-    if stable_only and event.kind in ("stability", "bifurcation"):
-        return UnstableEquilibrium(text, event.fraction, walk.last, event)
-    failure = NoInverseSolution if problem == "pose" else NoForwardSolution
-    return failure(text, event.fraction, walk.last, event)
+    return refusal_of(event, text, walk.last, problem, stable_only)
