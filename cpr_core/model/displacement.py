@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_exp
+from .model_state import Configuration
 from .robot import Robot
 
 __all__ = ["displaced"]
@@ -23,8 +24,8 @@ def displaced(
     platform_rotation: Floats,
     platform_position: Floats,
     change: Floats,
-) -> tuple[Floats, Floats, Floats]:
-    """State, rotation and position of the platform after a change of the state coordinates.
+) -> Configuration:
+    """A configuration after a change of the state coordinates.
 
     What the change has in place of the platform is a twist in the world: the platform is turned by the
     exponential of its angular part about its own origin, and moved by its linear part.
@@ -40,4 +41,4 @@ def displaced(
     twist[robot.platform_axes] = change[robot.platform_indices]
     change[robot.platform_indices] = 0.0
     turned = rotation_exp(twist[ANGULAR]) @ platform_rotation
-    return state + change, turned, platform_position + twist[LINEAR]
+    return Configuration(state + change, turned, platform_position + twist[LINEAR])

@@ -19,6 +19,7 @@ from ..kernels.record_layout import ENERGY, POSITION, ROTATION
 from .array_rates import ArrayRates, array_rates
 from .displacement import displaced
 from .equilibrium import Equilibrium
+from .model_state import Configuration
 from .varied_numbers import VariedNumbers
 
 __all__ = ["ResidualRates", "parameter_scales", "residual_rates"]
@@ -167,11 +168,10 @@ def _bent(equilibrium: Equilibrium) -> Floats:
         way = abs(rod.length(record[:size]) / rod.element.ratio)
         most = _BENT * way / arrays.unit[motor]
         change[motor] = np.clip(change[motor], -most, most)
-    place = equilibrium.state, equilibrium.platform_rotation, equilibrium.platform_position
-    state, turned, moved = displaced(robot, *place, arrays.unit * change)
-    record[:size] = state
-    record[size:][ROTATION : ROTATION + 9] = turned.ravel()
-    record[size:][POSITION : POSITION + 3] = moved
+    place = displaced(robot, *Configuration.of(equilibrium), arrays.unit * change)
+    record[:size] = place.state
+    record[size:][ROTATION : ROTATION + 9] = place.platform_rotation.ravel()
+    record[size:][POSITION : POSITION + 3] = place.platform_position
     return record
 
 

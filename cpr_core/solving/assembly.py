@@ -11,8 +11,6 @@ forces as first multipliers.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,14 +19,13 @@ from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium
-from ..model.model_state import ModelValue, evaluate
+from ..model.model_state import Configuration, ModelValue, evaluate
 from ..model.robot import Robot
 from ..model.shape import tip_poses
 from .refining import refine
 from .softest_side import softest_side
 
 __all__ = [
-    "Shape",
     "assemble",
     "moved_shape",
     "settle",
@@ -52,22 +49,7 @@ _BITS = 20
 _KICKS = 6
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """Configuration of a robot, in equilibrium or not.
-
-    Attributes:
-        state: State with the motors (N,); multipliers are not read.
-        platform_rotation: R_p in the world, (3, 3).
-        platform_position: p_p in the world, (3,) [m].
-    """
-
-    state: Floats
-    platform_rotation: Floats
-    platform_position: Floats
-
-
-def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Shape) -> Floats:
+def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Configuration) -> Floats:
     """State (N,) of a shape with the multipliers that bring it nearest to equilibrium.
 
     The residual is linear in the multipliers: they are a least-squares solution.
@@ -75,7 +57,7 @@ def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Shape) -> Floa
     arrays, columns = robot.arrays, robot.multiplier_indices
     state = shape.state.copy()
     state[columns] = 0.0
-    value = evaluate(robot, loads, state, shape.platform_rotation, shape.platform_position)
+    value = evaluate(robot, loads, *shape._replace(state=state))
     rows = robot.moving_indices
     scale = arrays.unit[rows]
     slopes = scale[:, None] * value.tangent[np.ix_(rows, columns)] * arrays.unit[columns]
@@ -84,12 +66,12 @@ def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Shape) -> Floa
     return state
 
 
-def assemble(robot: Robot, start: Shape, loads: Loads, platform_held: bool) -> Equilibrium:
+def assemble(robot: Robot, start: Configuration, loads: Loads, platform_held: bool) -> Equilibrium:
     """Close the joints of a robot and let it come to rest.
 
     Args:
         robot: The robot.
-        start: Shape to start from, its joints open.
+        start: Where to start from, its joints open.
         loads: Loads with a potential.
         platform_held: Hold the platform until the rods are in their joints, then let it go.
 
@@ -105,7 +87,7 @@ def assemble(robot: Robot, start: Shape, loads: Loads, platform_held: bool) -> E
 
 
 def settle(
-    robot: Robot, shape: Shape, loads: Loads, springs: tuple[float, ...] = _SPRINGS[3:]
+    robot: Robot, shape: Configuration, loads: Loads, springs: tuple[float, ...] = _SPRINGS[3:]
 ) -> Equilibrium:
     """Bring a shape to rest in a stable equilibrium, its joints closed by springs at first."""
     moving = robot.moving_indices
@@ -121,12 +103,7 @@ def settle(
         side = 0.3 if kick % 2 == 0 else -0.3
         whole, unit = found.spectrum_locked, robot.arrays.unit[moving]
         motion = softest_side(whole.eigenvalues, whole.motions[moving] / unit[:, None])
-        shape = moved_shape(
-            robot,
-            Shape(found.state.copy(), found.platform_rotation, found.platform_position),
-            moving,
-            side * motion,
-        )
+        shape = moved_shape(robot, Configuration.of(found), moving, side * motion)
         springs = _SPRINGS[3:]
     assert found is not None
     return found
@@ -142,7 +119,7 @@ def turned_over(equilibrium: Equilibrium) -> str | None:
 
 
 def _closed(
-    robot: Robot, loads: Loads, forces: LoadArrays, shape: Shape, stiffness: float
+    robot: Robot, loads: Loads, forces: LoadArrays, shape: Configuration, stiffness: float
 ) -> Equilibrium:
     """Newton's method on the model from a shape with small gaps; where it fails, the shape itself.
 
@@ -153,9 +130,7 @@ def _closed(
         found = refine(
             robot,
             loads,
-            _spring_state(robot, forces, shape, stiffness),
-            shape.platform_rotation.copy(),
-            shape.platform_position.copy(),
+            *shape._replace(state=_spring_state(robot, forces, shape, stiffness)),
             iterations=iterations,
             contraction=1.0,
         )
@@ -164,26 +139,26 @@ def _closed(
     return found
 
 
-def _spring_state(robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float) -> Floats:
+def _spring_state(
+    robot: Robot, forces: LoadArrays, shape: Configuration, stiffness: float
+) -> Floats:
     """The state with spring forces as multipliers."""
     held, unit = robot.multiplier_indices, robot.arrays.unit
     state = shape.state.copy()
     state[held] = 0.0
-    gaps = evaluate(
-        robot, forces, state, shape.platform_rotation, shape.platform_position
-    ).residual[held]
+    gaps = evaluate(robot, forces, *shape._replace(state=state)).residual[held]
     # A gap times its multiplier's unit over the unit of energy is dimensionless.
     state[held] = stiffness * gaps * unit[held] ** 2 / robot.arrays.energy_unit
     return state
 
 
 def _with_springs(
-    robot: Robot, forces: LoadArrays, shape: Shape, stiffness: float
+    robot: Robot, forces: LoadArrays, shape: Configuration, stiffness: float
 ) -> tuple[float, ModelValue]:
     """Dimensionless energy of rods and springs, and the model with the spring forces."""
     state = _spring_state(robot, forces, shape, stiffness)
     held, arrays = robot.multiplier_indices, robot.arrays
-    value = evaluate(robot, forces, state, shape.platform_rotation, shape.platform_position)
+    value = evaluate(robot, forces, *shape._replace(state=state))
     gaps = value.residual[held] * arrays.unit[held] / arrays.energy_unit
     return value.energy / arrays.energy_unit + 0.5 * stiffness * float(gaps @ gaps), value
 
@@ -192,11 +167,11 @@ def _with_springs(
 def _descended(
     robot: Robot,
     forces: LoadArrays,
-    shape: Shape,
+    shape: Configuration,
     stiffness: float,
     moving: NDArray[np.int64],
     flat: float,
-) -> Shape:
+) -> Configuration:
     """Minimum of the energy of rods and springs, by Newton steps turned downhill along every axis."""
     arrays, held = robot.arrays, robot.multiplier_indices
     unit, units = arrays.unit[moving], np.outer(arrays.unit, arrays.unit) / arrays.energy_unit
@@ -264,9 +239,10 @@ def _coarse(step: Floats) -> Floats:
     return np.asarray(quantum * np.round(step / quantum))
 
 
-def moved_shape(robot: Robot, shape: Shape, moving: NDArray[np.int64], change: Floats) -> Shape:
+def moved_shape(
+    robot: Robot, shape: Configuration, moving: NDArray[np.int64], change: Floats
+) -> Configuration:
     """A shape after a dimensionless change of some of its coordinates."""
     whole = np.zeros(len(shape.state))
     whole[moving] = change * robot.arrays.unit[moving]
-    place = shape.state, shape.platform_rotation, shape.platform_position
-    return Shape(*displaced(robot, *place, whole))
+    return displaced(robot, *shape, whole)

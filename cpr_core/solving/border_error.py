@@ -17,9 +17,9 @@ from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium, check_equilibrium
-from ..model.model_state import evaluate
+from ..model.model_state import Configuration, evaluate
 from ..validation import checked_vector
-from .assembly import Shape, moved_shape
+from .assembly import moved_shape
 from .discretisation_error import embedded_richer, embedding_of
 
 __all__ = ["border_error"]
@@ -84,7 +84,10 @@ def border_error(
     matrix[held, imposed], matrix[held, size] = 1.0, -way / unit[imposed]
     matrix[size, :size], rest[size] = found.eigenvalue_by_state, -found.eigenvalue
     if loads is not None:
-        by_load = [_dimensionless(start, _shape(start), acting) for acting in (loads, Loads.none())]
+        by_load = [
+            _dimensionless(start, Configuration.of(start), acting)
+            for acting in (loads, Loads.none())
+        ]
         residual, tangent = (loaded - unloaded for loaded, unloaded in zip(*by_load, strict=True))
         matrix[balance, size] = residual[balance]
         matrix[size, size] = found.motion @ tangent @ found.motion
@@ -117,16 +120,18 @@ def _softening(border: Equilibrium, start: Equilibrium) -> _Softening:
         border: The border.
         start: The same, embedded.
     """
-    _, lost = _eigenvectors(border, _dimensionless(border, _shape(border), border.loads)[1])
+    _, lost = _eigenvectors(
+        border, _dimensionless(border, Configuration.of(border), border.loads)[1]
+    )
     units = border.robot.arrays.unit, start.robot.arrays.unit
     lost = embedding_of(border.robot, start.robot) @ (lost[:, 0] * units[0]) / units[1]
-    shape = _shape(start)
-    residual, tangent = _dimensionless(start, shape, start.loads)
+    place = Configuration.of(start)
+    residual, tangent = _dimensionless(start, place, start.loads)
     eigenvalues, motions = _eigenvectors(start, tangent)
     same = int(np.argmax(np.abs(lost @ motions)))
     motion = motions[:, same]
     everything = np.arange(len(motion))
-    ends = [moved_shape(start.robot, shape, everything, way * motion) for way in (_STEP, -_STEP)]
+    ends = [moved_shape(start.robot, place, everything, way * motion) for way in (_STEP, -_STEP)]
     beyond, before = (_dimensionless(start, end, start.loads)[1] for end in ends)
     # Third derivatives are symmetric: along the motion, then by the state, is the same as the other way.
     by_state = (beyond - before) @ motion / (2.0 * _STEP)
@@ -143,20 +148,12 @@ def _eigenvectors(equilibrium: Equilibrium, tangent: Floats) -> tuple[Floats, Fl
     return eigenvalues[order], vectors
 
 
-def _shape(equilibrium: Equilibrium) -> Shape:
-    return Shape(equilibrium.state, equilibrium.platform_rotation, equilibrium.platform_position)
-
-
-def _dimensionless(equilibrium: Equilibrium, shape: Shape, loads: Loads) -> tuple[Floats, Floats]:
-    """Residual (N,) and symmetric tangent (N, N) of a shape of the robot of an equilibrium."""
+def _dimensionless(
+    equilibrium: Equilibrium, place: Configuration, loads: Loads
+) -> tuple[Floats, Floats]:
+    """Residual (N,) and symmetric tangent (N, N) of a place of the robot of an equilibrium."""
     robot = equilibrium.robot
     unit = robot.arrays.unit
-    value = evaluate(
-        robot,
-        robot.load_arrays(loads),
-        shape.state,
-        shape.platform_rotation,
-        shape.platform_position,
-    )
+    value = evaluate(robot, robot.load_arrays(loads), *place)
     tangent = unit[:, None] * value.tangent * unit
     return unit * value.residual, 0.5 * (tangent + tangent.T)

@@ -22,9 +22,10 @@ from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.square_problem import Tolerances
 from ..model.configurations import SAME_EQUILIBRIUM, leg_units
 from ..model.equilibrium import Equilibrium, corrected, record_of
+from ..model.model_state import Configuration
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector
-from .assembly import Shape, turned_over, with_best_multipliers
+from .assembly import turned_over, with_best_multipliers
 from .geometrico_statics import solve_forward
 from .not_reached import NotReached
 from .targets import check_rod_lengths
@@ -214,9 +215,10 @@ def _searched(
     position, held = np.empty(3), robot.multiplier_indices.copy()  # read-only is another type
     if not close_joints(robot.prepared, forces, spread.forces, held, state, rotation, position):
         return None
-    state = with_best_multipliers(robot, forces, Shape(state, rotation, position))
+    shape = Configuration(state, rotation, position)
+    state = with_best_multipliers(robot, forces, shape)
     tolerances = Tolerances(iterations=_STEPS, contraction=1.0)
-    rough = record_of(robot, state, rotation, position)
+    rough = record_of(robot, *shape._replace(state=state))
     found = corrected(robot, loads, forces, rough, tolerances)
     return found if found.converged and robot.rods_exist(found.state) else None
 

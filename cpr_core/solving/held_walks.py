@@ -19,6 +19,7 @@ from ..kernels.natural_units import LONGEST_STEP
 from ..kernels.record_layout import INVERSE_SIGN, SIGNS
 from ..model.equilibrium import Equilibrium, described
 from ..model.kinemato_statics import KinematoStatics
+from ..model.model_state import Configuration
 from ..model.robot import Robot
 from .continuation import Walk, follow
 from .deadline import Deadline
@@ -102,15 +103,8 @@ def _imposed_motors(directions: Floats) -> tuple[int, ...]:
 
 def _of(equilibrium: Equilibrium, robot: Robot) -> Equilibrium:
     """An equilibrium as one of a robot that holds some motors."""
-    found = equilibrium
-    return described(
-        robot,
-        found.loads,
-        found.load_arrays,
-        found.state,
-        found.platform_rotation,
-        found.platform_position,
-    )
+    place = Configuration.of(equilibrium)
+    return described(robot, equilibrium.loads, equilibrium.load_arrays, *place)
 
 
 def _of_base(equilibrium: Equilibrium, robot: Robot) -> Equilibrium:

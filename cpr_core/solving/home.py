@@ -17,16 +17,10 @@ from ..errors import DescriptionError, DescriptionWarning
 from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium, spectrum
-from ..model.model_state import evaluate
+from ..model.model_state import Configuration, evaluate
 from ..model.robot import Robot, checked_robot
 from ..model.shape import tip_poses
-from .assembly import (
-    Shape,
-    assemble,
-    settle,
-    turned_over,
-    with_best_multipliers,
-)
+from .assembly import assemble, settle, turned_over, with_best_multipliers
 from .limits import ROUNDING, check_limits
 from .not_reached import MotorLimitExceeded, NoForwardSolution, NotReached
 from .refining import refine
@@ -194,7 +188,7 @@ def _assembled(robot: Robot, guess: HomeGuess) -> tuple[Equilibrium, str | None]
     """
     state, attempts = rough_state(robot, guess), []
     for platform in rough_platforms(robot, guess, state):
-        shape = Shape(state, *platform)
+        shape = Configuration(state, *platform)
         found = assemble(robot, shape, Loads.none(), guess.platform_position is not None)
         leg = turned_over(found)
         if found.converged and leg is None:
@@ -213,7 +207,7 @@ def _assembled(robot: Robot, guess: HomeGuess) -> tuple[Equilibrium, str | None]
 
 def _what_keeps_it_open(held: Equilibrium) -> str:
     """Why a robot that only springs hold cannot be assembled, in words."""
-    size, text = _worst_gap(held.robot, _shape_of(held))
+    size, text = _worst_gap(held.robot, Configuration.of(held))
     return (size < _FITS and (_loose_motion(held) or _held_twice(held))) or text
 
 
@@ -222,7 +216,7 @@ def _settled(robot: Robot, start: Equilibrium) -> Equilibrium | None:
     loads = robot.default_loads
     if not loads.conservative(robot.planar):
         return None
-    found = settle(robot, _shape_of(start), loads)
+    found = settle(robot, Configuration.of(start), loads)
     if not found.converged or found.index_locked > 0 or turned_over(found) is not None:
         return None
     try:
@@ -235,14 +229,12 @@ def _settled(robot: Robot, start: Equilibrium) -> Equilibrium | None:
 def _from_strain(robot: Robot, guess: HomeGuess) -> Equilibrium:
     """From a shape that is known well: Newton's method keeps to it, stable or not."""
     loads, state = Loads.none(), rough_state(robot, guess)
-    rough = Shape(state, *rough_platforms(robot, guess, state)[0])
+    rough = Configuration(state, *rough_platforms(robot, guess, state)[0])
     state = with_best_multipliers(robot, robot.load_arrays(loads), rough)
     found = refine(
         robot,
         loads,
-        state,
-        rough.platform_rotation.copy(),
-        rough.platform_position.copy(),
+        *rough._replace(state=state),
         iterations=200,
         contraction=1.0,
     )
@@ -341,23 +333,13 @@ def _loose_joint(robot: Robot, motions: Floats) -> str:
     return ""
 
 
-def _shape_of(found: Equilibrium) -> Shape:
-    return Shape(found.state, found.platform_rotation, found.platform_position)
-
-
-def _worst_gap(robot: Robot, shape: Shape) -> tuple[float, str]:
-    """Where a shape fits worst: how badly [rod lengths and rad], and in words."""
-    residual = evaluate(
-        robot,
-        robot.load_arrays(Loads.none()),
-        shape.state,
-        shape.platform_rotation,
-        shape.platform_position,
-    ).residual
-    tips, worst, text = tip_poses(robot, shape.state), -1.0, ""
+def _worst_gap(robot: Robot, place: Configuration) -> tuple[float, str]:
+    """Where a robot fits worst: how badly [rod lengths and rad], and in words."""
+    residual = evaluate(robot, robot.load_arrays(Loads.none()), *place).residual
+    tips, worst, text = tip_poses(robot, place.state), -1.0, ""
     for numbers, leg, tip in zip(robot.numbers.legs, robot.description.legs, tips, strict=True):
         gap = float(np.linalg.norm(residual[numbers.forces]))
-        turn = leg.joint.misalignment(shape.platform_rotation, tip.rotation)
+        turn = leg.joint.misalignment(place.platform_rotation, tip.rotation)
         if gap / robot.mean_length + turn > worst:
             worst = gap / robot.mean_length + turn
             text = f"there {leg.name} misses its tip joint by {gap:.3g} m"

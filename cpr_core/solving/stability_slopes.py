@@ -17,6 +17,7 @@ from ..description.parameters import Parameter
 from ..errors import DescriptionError
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium, described
+from ..model.model_state import Configuration
 from ..model.nearby_robots import robot_beside
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
@@ -134,5 +135,5 @@ def _moved(equilibrium: Equilibrium, near: Robot, change: Floats) -> Equilibrium
     """A changed state of another robot, as if it were an equilibrium."""
     robot = equilibrium.robot
     loads = inherited_loads(equilibrium.loads, robot.default_loads, near.default_loads)
-    place = equilibrium.state, equilibrium.platform_rotation, equilibrium.platform_position
-    return described(near, loads, near.load_arrays(loads), *displaced(robot, *place, change))
+    place = displaced(robot, *Configuration.of(equilibrium), change)
+    return described(near, loads, near.load_arrays(loads), *place)

@@ -9,19 +9,17 @@ import pytest
 from cpr_core import load_robot, solve_home
 from cpr_core.kernels.closing_kernel import close_joints
 from cpr_core.lie import rotation_exp
-from cpr_core.model.model_state import evaluate
+from cpr_core.model.model_state import Configuration, evaluate
 from cpr_core.model.shape import tip_poses
-from cpr_core.solving.assembly import Shape, moved_shape
+from cpr_core.solving.assembly import moved_shape
 
 
 def closed(robot, state, rotation, position):
     """Shape with its joints closed, by pseudoinverses."""
     arrays, held, moving = robot.arrays, robot.multiplier_indices, robot.moving_indices
-    shape, forces = Shape(state, rotation, position), robot.load_arrays(robot.default_loads)
+    shape, forces = Configuration(state, rotation, position), robot.load_arrays(robot.default_loads)
     while True:
-        value = evaluate(
-            robot, forces, shape.state, shape.platform_rotation, shape.platform_position
-        )
+        value = evaluate(robot, forces, *shape)
         unit = arrays.unit[held] / arrays.energy_unit
         gaps = unit * value.residual[held]
         if np.abs(gaps).max() < 1e-3:
