@@ -362,8 +362,7 @@ def described(
     """An equilibrium of which the state, (N,), and the platform's pose are known."""
     record = record_of(robot, state, rotation, position)
     found = corrected(robot, loads, load_arrays, record, _AS_IT_IS)
-    found.record[robot.state_size + STEPS] = iterations
-    return found
+    return found if found.iterations == iterations else found.with_iterations(iterations)
 
 
 def check_equilibrium(value: object) -> None:

@@ -99,6 +99,7 @@ class _LimitPassed(NotReached):
     def on_longer_way(self, fraction: float, place: str) -> Self:
         """One of a way of which that of this error was a part: how far on it, and where in words."""
         found = copy(self)
+        found.__notes__ = [*getattr(self, "__notes__", ())]  # else both have the same list
         found.fraction, found.args = fraction, (self._words(place),)
         if self.event is not None:
             found.event = replace(self.event, fraction=fraction)

@@ -55,8 +55,11 @@ def test_an_error_of_a_longer_way_is_another_one(kind):
             ("leg", "value"),
         )
     said = str(first)
+    first.add_note("noted before")
     longer = first.on_longer_way(0.25, "at a force of 3 N")
+    first.add_note("of the first one only")
     assert longer is not first and type(longer) is type(first)
+    assert longer.__notes__ == ["noted before"]
     assert (str(first), first.fraction, first.event) == (said, 0.5, event)
     assert str(longer) == said.replace("after 50.00 % of the way", "at a force of 3 N")
     assert (longer.fraction, longer.event.fraction, longer.event.kind) == (0.25, 0.25, kind)
