@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.equilibrium import Equilibrium
-from ..model.robot import Robot
+from ..model.robot import Robot, kept_with_robot
 from ..model.shape import LegShape, leg_shapes
 
 __all__ = [
@@ -82,12 +82,9 @@ def robot_lines(robot: Robot, shapes: Sequence[LegShape]) -> RobotLines:
     )
 
 
+@kept_with_robot
 def platform_outline(robot: Robot) -> list[int]:
     """Numbers of the legs whose tips go around the platform; the first again at the end of three."""
-    return robot.kept("platform outline", lambda: _outline(robot))
-
-
-def _outline(robot: Robot) -> list[int]:
     legs = robot.description.legs
     if len(legs) < 3:
         return list(range(len(legs)))

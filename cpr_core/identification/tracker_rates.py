@@ -14,7 +14,7 @@ from ..description.changed_description import named_parameters, shifted_tracker
 from ..description.tracker import Tracker
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium
-from ..model.robot import Robot
+from ..model.robot import Robot, kept_with_robot
 
 __all__ = ["of_tracker", "tracker_rates", "tracker_unit"]
 
@@ -63,11 +63,8 @@ def _by_own_number(equilibrium: Equilibrium, path: str) -> Floats:
     return np.concatenate([high - low, rotation_log(high_turn @ low_turn.T)]) / (2.0 * _STEP)
 
 
+@kept_with_robot
 def _trackers_beside(robot: Robot, path: str) -> list[Tracker]:
     """The tracker with one of its numbers a step less, and a step more: the same for all equilibria."""
-
-    def found() -> list[Tracker]:
-        (parameter,) = named_parameters(robot.description, path)
-        return [shifted_tracker(robot.description, parameter, step) for step in (-_STEP, _STEP)]
-
-    return robot.kept(f"trackers beside in {path}", found)
+    (parameter,) = named_parameters(robot.description, path)
+    return [shifted_tracker(robot.description, parameter, step) for step in (-_STEP, _STEP)]

@@ -18,7 +18,7 @@ from ..errors import InvalidRequest, NonFiniteInput
 from ..kernels.twist_layout import FIRST_LINEAR
 from ..lie import rotation_from_quaternion
 from ..model.equilibrium import Equilibrium
-from ..model.robot import Robot
+from ..model.robot import Robot, kept_with_robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
 from ..validation import checked_vector
 from .doubts import THOUSAND, plane_doubt
@@ -215,13 +215,19 @@ def _kept_weights(
     key = tuple(
         each is not None and (each.dtype.str, each.shape, each.tobytes()) for each in deviations
     )
-    known: dict[Hashable, WrenchWeights] = robot.kept("wrench weights", dict)
+    known = _known_weights(robot)
     weights = known.get(key)
     if weights is None:
         if len(known) >= _KEPT:
             known.clear()
         weights = known[key] = _weights(robot, *deviations)
     return weights
+
+
+@kept_with_robot
+def _known_weights(robot: Robot) -> dict[Hashable, WrenchWeights]:
+    """Weights by the bytes of standard deviations, to be filled."""
+    return {}
 
 
 def _numbers(name: str, deviation: ArrayLike | None, meaning: str) -> NDArray[Any]:

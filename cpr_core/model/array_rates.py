@@ -22,7 +22,7 @@ from ..description.loads import Loads
 from ..description.parameters import Parameter
 from ..errors import DescriptionError, InvalidRequest
 from .nearby_robots import Nearby, change_of, nearby, nearby_ahead, robot_beside
-from .robot import RELATIVES, Robot
+from .robot import Robot, kept_with_robot, known_by_relatives
 from .varied_numbers import are_floats, array_starts, legs_of_numbers, numbers_of
 
 __all__ = ["ArrayRates", "array_rates"]
@@ -38,8 +38,6 @@ _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 _STATIONS = "stations"
 #: So many rates are kept: loads in force may have other forces on rods at every question.
 _KEPT = 1000
-#: Rates by path and by what loads in force have of their own.
-_Known = dict[tuple[str, Hashable], "ArrayRates"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +69,7 @@ def array_rates(
         DescriptionError: No robot is near this one in a number.
     """
     kind = inheritance(loads, robot.default_loads)
-    known: _Known = robot.kept("array rates", dict)
-    of_relatives: dict[str, ArrayRates] = robot.kept(RELATIVES, dict)
+    known, of_relatives = _known(robot), known_by_relatives(robot)
     found = {parameter.path: known.get((parameter.path, kind)) for parameter in parameters}
     last = [
         parameter
@@ -92,6 +89,12 @@ def array_rates(
         (parameter.path, kind): rates for parameter, rates in zip(parameters, whole, strict=True)
     }
     return tuple(whole)
+
+
+@kept_with_robot
+def _known(robot: Robot) -> dict[tuple[str, Hashable], ArrayRates]:
+    """Rates by path and by what loads in force have of their own, to be filled."""
+    return {}
 
 
 def _holding(
@@ -133,7 +136,7 @@ def _hold(
     told = np.zeros(len(middle))
     for change, single in zip(changes, rates, strict=True):
         told[single.places] += change * single.rates
-    floats, starts = _kinds(robot, loads)
+    floats, starts = _kinds(robot)
     missed = np.where(floats, true - middle - told, 0.0)
     by_array = [np.maximum.reduceat(np.abs(values), starts) for values in (missed, told)]
     return bool(np.all(by_array[0] <= _MISSED * by_array[1]))
@@ -206,7 +209,7 @@ def _rates_apart(
     if len(ahead) != len(middle):
         return None
     legs = legs_of_numbers(robot, robot.load_arrays(loads))
-    changed = (ahead != middle) & _kinds(robot, loads)[0]
+    changed = (ahead != middle) & _kinds(robot)[0]
     found, told = {}, np.zeros(len(middle), np.bool_)
     for parameter, change in pairs:
         places = np.flatnonzero(changed & np.isin(legs, list(_legs_of(parameter))))
@@ -235,19 +238,16 @@ def _rates(robot: Robot, loads: Loads, parameter: Parameter, near: Nearby) -> Ar
     if any(len(side) != len(_numbers(robot, loads)) for side in sides):
         raise InvalidRequest("parameters", problem)
     changed = np.any([side != sides[0] for side in sides[1:]], axis=0)
-    places = np.flatnonzero(changed & _kinds(robot, loads)[0])
+    places = np.flatnonzero(changed & _kinds(robot)[0])
     rates = sum(weight * side[places] for weight, side in zip(near.weights, sides, strict=True))
     return ArrayRates(places, np.asarray(rates, float))
 
 
-def _kinds(robot: Robot, loads: Loads) -> tuple[NDArray[np.bool_], Integers]:
+@kept_with_robot
+def _kinds(robot: Robot) -> tuple[NDArray[np.bool_], Integers]:
     """Which numbers are floats, and where arrays begin: the same for all loads."""
-
-    def found() -> tuple[NDArray[np.bool_], Integers]:
-        own = robot.arrays, robot.load_arrays(loads)
-        return are_floats(*own), array_starts(*own)
-
-    return robot.kept("kinds of numbers", found)
+    own = robot.arrays, robot.load_arrays(robot.default_loads)
+    return are_floats(*own), array_starts(*own)
 
 
 def _numbers(robot: Robot, loads: Loads) -> Floats:

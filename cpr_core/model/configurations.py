@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..validation import read_only
-from .robot import Robot
+from .robot import Robot, kept_with_robot
 
 __all__ = ["SAME_EQUILIBRIUM", "configuration_distance", "configuration_rows", "leg_units"]
 
@@ -35,23 +35,24 @@ def configuration_distance(robot: Robot, first: Floats, last: Floats) -> Floats:
         first: Configurations, (..., N + 12).
         last: As many.
     """
-    units = robot.kept("units of a configuration", lambda: _units(robot, robot.arrays.unit))
-    apart: Floats = np.abs((first - last) / units).max(axis=-1)
+    apart: Floats = np.abs((first - last) / _whole_units(robot)).max(axis=-1)
     return apart
 
 
+@kept_with_robot
 def leg_units(robot: Robot) -> Floats:
     """Units of a configuration, (N + 12,), of which only leg coordinates and the platform count.
 
     The other units are infinite: motors are given, multipliers follow.
     """
-    return robot.kept("units of legs and platform", lambda: _leg_units(robot))
-
-
-def _leg_units(robot: Robot) -> Floats:
     state = np.full(robot.state_size, np.inf)
     state[robot.elastic_indices] = robot.arrays.unit[robot.elastic_indices]
     return _units(robot, state)
+
+
+@kept_with_robot
+def _whole_units(robot: Robot) -> Floats:
+    return _units(robot, robot.arrays.unit)
 
 
 def _units(robot: Robot, state: Floats) -> Floats:

@@ -13,7 +13,7 @@ import numpy as np
 from ..description.changed_description import shifted_together
 from ..description.parameters import Parameter
 from ..errors import DescriptionError, InvalidRequest
-from .robot import Robot
+from .robot import Robot, kept_with_robot
 
 __all__ = ["Nearby", "change_of", "nearby", "nearby_ahead", "robot_beside"]
 
@@ -72,6 +72,7 @@ def nearby_ahead(robot: Robot, parameter: Parameter) -> Nearby:
     return Nearby((ahead, robot), (1.0 / change, -1.0 / change))
 
 
+@kept_with_robot
 def nearby(robot: Robot, parameter: Parameter) -> Nearby:
     """Robots on both sides, or on one where there are none on the other.
 
@@ -79,30 +80,23 @@ def nearby(robot: Robot, parameter: Parameter) -> Nearby:
         InvalidRequest: The number is not finite.
         DescriptionError: There are none.
     """
-
-    def found() -> Nearby:
-        change, ahead = _ahead(robot, parameter)
-        try:
-            behind = robot_beside(robot, ((parameter, -change),))
-        except DescriptionError:
-            further = robot_beside(robot, ((parameter, 2.0 * change),))
-            return Nearby((ahead, further, robot), (2.0 / change, -0.5 / change, -1.5 / change))
-        return Nearby((ahead, behind), (0.5 / change, -0.5 / change))
-
-    return robot.kept(f"beside in {parameter.path}", found)
+    change, ahead = _ahead(robot, parameter)
+    try:
+        behind = robot_beside(robot, ((parameter, -change),))
+    except DescriptionError:
+        further = robot_beside(robot, ((parameter, 2.0 * change),))
+        return Nearby((ahead, further, robot), (2.0 / change, -0.5 / change, -1.5 / change))
+    return Nearby((ahead, behind), (0.5 / change, -0.5 / change))
 
 
+@kept_with_robot
 def _ahead(robot: Robot, parameter: Parameter) -> tuple[float, Robot]:
     """A change of a parameter, a smaller number where it cannot be larger, and the robot there."""
-
-    def found() -> tuple[float, Robot]:
-        change = change_of(parameter)
+    change = change_of(parameter)
+    try:
+        return change, robot_beside(robot, ((parameter, change),))
+    except DescriptionError as refused:
         try:
-            return change, robot_beside(robot, ((parameter, change),))
-        except DescriptionError as refused:
-            try:
-                return -change, robot_beside(robot, ((parameter, -change),))
-            except DescriptionError:
-                raise refused from None
-
-    return robot.kept(f"ahead in {parameter.path}", found)
+            return -change, robot_beside(robot, ((parameter, -change),))
+        except DescriptionError:
+            raise refused from None

@@ -20,6 +20,7 @@ from .array_rates import ArrayRates, array_rates
 from .displacement import displaced
 from .equilibrium import Equilibrium
 from .model_state import Configuration
+from .robot import Robot, kept_with_robot
 from .varied_numbers import VariedNumbers
 
 __all__ = ["ResidualRates", "parameter_scales", "residual_rates"]
@@ -106,7 +107,7 @@ def _plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _Plan:
     """How parameters are varied: found once for a robot and what its loads have of their own."""
     robot, loads = equilibrium.robot, equilibrium.loads
     kind = inheritance(loads, robot.default_loads)
-    known: dict[Hashable, _Plan] = robot.kept("plans of variation", dict)
+    known = _known_plans(robot)
     key = tuple([parameter.path for parameter in parameters]), kind
     found = known.get(key)
     if found is None:
@@ -114,6 +115,12 @@ def _plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _Plan:
             known.clear()
         found = known[key] = _found_plan(equilibrium, parameters)
     return found
+
+
+@kept_with_robot
+def _known_plans(robot: Robot) -> dict[Hashable, _Plan]:
+    """Plans by paths and by what loads have of their own, to be filled."""
+    return {}
 
 
 def _found_plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _Plan:

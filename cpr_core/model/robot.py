@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,13 +36,12 @@ from .robot_arrays import robot_arrays
 from .state_numbers import RodNumbers, StateNumbers, state_numbers
 from .strain_matrices import curvature_stations, strain_grams, strain_stiffness, unit_motions
 
-__all__ = ["RELATIVES", "Robot", "checked_robot"]
+__all__ = ["Robot", "checked_robot", "kept_with_robot", "known_by_relatives"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Found = TypeVar("Found")
-#: What robots that differ in numbers know together is kept under this name, see ``array_rates``.
-RELATIVES = "what relatives know"
+Arguments = ParamSpec("Arguments")
 
 
 def checked_robot(value: object) -> Robot:
@@ -56,6 +56,33 @@ def checked_robot(value: object) -> Robot:
     raise InvalidRequest("robot", f"expected a Robot, got {value!r:.80}{loads}")
 
 
+def kept_with_robot(
+    find: Callable[Concatenate[Robot, Arguments], Found],
+) -> Callable[Concatenate[Robot, Arguments], Found]:
+    """Makes of a function of a robot one that finds once, and keeps what it found with the robot.
+
+    What else the function takes is hashable, and handed in by place: there is an answer for each of
+    them. Threads that ask at once may all search, without waiting for each other; they all get what was
+    found first. What a function wants to remember of a robot is a mapping or a list that it finds empty.
+    """
+
+    @wraps(find)
+    def kept(robot: Robot, *arguments: Any) -> Found:
+        key, known = (kept, *arguments), robot._kept
+        if key not in known:
+            known.setdefault(key, find(robot, *arguments))  # type: ignore[call-arg]
+        found: Found = known[key]
+        return found
+
+    return cast("Callable[Concatenate[Robot, Arguments], Found]", kept)
+
+
+@kept_with_robot
+def known_by_relatives(robot: Robot) -> dict[str, Any]:
+    """What robots know together that differ in numbers only, by paths of numbers; to be filled."""
+    return {}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot with its discretisation. Immutable; everything else is a function of it.
@@ -68,7 +95,8 @@ class Robot:
 
     description: RobotDescription
     held_motors: tuple[int, ...] = ()
-    _kept: dict[str, Any] = field(default_factory=dict, init=False)
+    _kept: dict[Hashable, Any] = field(default_factory=dict, init=False)
+    _last_loads: list[tuple[Loads, LoadArrays]] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
         """Look at the motors that are held.
@@ -102,7 +130,7 @@ class Robot:
             InvalidRequest: No motors, or not as many as the inverse problem can do without.
         """
         held = self._checked_held(motors)
-        return self.kept(f"holding {held}", lambda: Robot(self.description, held))
+        return _holding(self, held)
 
     def _checked_held(self, motors: Sequence[int]) -> tuple[int, ...]:
         """Numbers of motors to hold.
@@ -153,7 +181,7 @@ class Robot:
             DescriptionError: No robot has such a number.
         """
         changed = Robot(with_parameters(self.description, values), self.held_motors)
-        changed.kept(RELATIVES, lambda: self.kept(RELATIVES, dict))
+        changed._kept[known_by_relatives,] = known_by_relatives(self)
         return changed
 
     @property
@@ -273,21 +301,6 @@ class Robot:
     @cached_property
     def _memory(self) -> threading.local:
         return threading.local()
-
-    def kept(self, name: str, find: Callable[[], Found]) -> Found:
-        """What is found once about this robot and kept with it (``solve_home``).
-
-        Threads that ask at once may all search, without waiting for each other; they all get what was
-        found first.
-
-        Args:
-            name: Name to keep it under.
-            find: Finds it when it is asked for first.
-        """
-        if name not in self._kept:
-            self._kept.setdefault(name, find())
-        found: Found = self._kept[name]
-        return found
 
     @cached_array
     def motor_indices(self) -> Integers:
@@ -474,9 +487,14 @@ class Robot:
         Raises:
             InvalidRequest: No loads, or loads that do not fit the robot.
         """
-        last: tuple[Loads, LoadArrays] | None = self._kept.get("last loads")
-        if last is not None and last[0] is loads:
-            return last[1]
+        for last, arrays in self._last_loads:
+            if last is loads:
+                return arrays
         found = load_arrays(self.description, self.grid, self.breakpoints, self.rod_names, loads)
-        self._kept["last loads"] = loads, found
+        self._last_loads[:] = [(loads, found)]
         return found
+
+
+@kept_with_robot
+def _holding(robot: Robot, motors: tuple[int, ...]) -> Robot:
+    return Robot(robot.description, motors)

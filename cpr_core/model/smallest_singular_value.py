@@ -10,9 +10,10 @@ import math
 from ..kernels.prepared_robot import singular_value_prepared
 from ..kernels.problems import PROBLEMS
 from ..kernels.square_problem import ProblemScales
+from ..validation import checked_number
 from .equilibrium import Equilibrium, evaluated_again
 from .problem_units import problem_units
-from .robot import Robot
+from .robot import Robot, kept_with_robot
 
 __all__ = ["smallest_singular_value"]
 
@@ -38,8 +39,10 @@ def smallest_singular_value(
     robot = equilibrium.robot
     if inverse and robot.redundancy:
         return 0.0
-    name = f"scales of the {'inverse' if inverse else 'forward'} problem: {characteristic_length} m"
-    scales = robot.kept(name, lambda: _scales(robot, inverse, characteristic_length))
+    length = characteristic_length
+    if length is not None:
+        length = checked_number("characteristic_length", length)
+    scales = _scales(robot, inverse, length)
     problem, record, kept = _POSE if inverse else _MOTORS, equilibrium.record, equilibrium.factors
     found = singular_value_prepared(robot.prepared, problem, scales, record, kept, False)
     if math.isnan(found):
@@ -48,6 +51,7 @@ def smallest_singular_value(
     return float(found)
 
 
+@kept_with_robot
 def _scales(robot: Robot, inverse: bool, characteristic_length: float | None) -> ProblemScales:
     unknowns, equations = robot.problems["pose" if inverse else "motors"]
     return problem_units(robot, characteristic_length).scales(unknowns, equations)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..kernels.kernel_arrays import Element, LoadArrays, RobotArrays
 from ..kernels.prepared_robot import PreparedRobot
-from .robot import Robot
+from .robot import Robot, kept_with_robot
 
 __all__ = ["VariedNumbers", "are_floats", "array_starts", "legs_of_numbers", "numbers_of"]
 
@@ -126,7 +126,7 @@ class VariedNumbers:
     @staticmethod
     def of(robot: Robot, loads: LoadArrays) -> VariedNumbers:
         """Those of a robot and this thread; the loads say how many numbers such loads have."""
-        kept = robot.kept("varied numbers", threading.local)
+        kept = _of_threads(robot)
         try:
             varied: VariedNumbers = kept.varied
         except AttributeError:
@@ -140,6 +140,11 @@ class VariedNumbers:
             self._loads.on_rods[0] = 1.0
             self._copied = loads
         return self._loads
+
+
+@kept_with_robot
+def _of_threads(robot: Robot) -> threading.local:
+    return threading.local()
 
 
 def _views(arrays: Any, names: tuple[str, ...], numbers: Floats) -> dict[str, NDArray[Any]]:

@@ -20,7 +20,7 @@ from ..validation import ReadOnlyArrays
 from .dense_response import platform_turn
 from .equilibrium import Equilibrium
 from .kinemato_statics import kinemato_statics
-from .robot import Robot
+from .robot import Robot, kept_with_robot
 
 __all__ = ["WorldResponse", "effort_units", "twist_units", "world_response", "wrench_units"]
 
@@ -53,19 +53,22 @@ class WorldResponse(ReadOnlyArrays):
         return self.efforts_by_motors @ way, self.twist_by_motors @ way
 
 
+@kept_with_robot
 def wrench_units(robot: Robot) -> Floats:
     """Natural units of a wrench on the platform, (b,) [N m, N]."""
-    return robot.kept("wrench units", lambda: robot.wrench_units[robot.platform_axes])
+    return robot.wrench_units[robot.platform_axes]
 
 
+@kept_with_robot
 def effort_units(robot: Robot) -> Floats:
     """Natural units of motor efforts, (n,) [N m or N]."""
-    return robot.kept("effort units", lambda: robot.arrays.energy_unit / robot.motor_units)
+    return robot.arrays.energy_unit / robot.motor_units
 
 
+@kept_with_robot
 def twist_units(robot: Robot) -> Floats:
     """Natural units of the platform coordinates, (b,) [rad, m]."""
-    return robot.kept("twist units", lambda: robot.arrays.unit[robot.platform_indices])
+    return robot.arrays.unit[robot.platform_indices]
 
 
 def world_response(equilibrium: Equilibrium) -> WorldResponse:

@@ -23,7 +23,7 @@ from ..kernels.continuation_kernel import UNPREDICTED
 from ..kernels.natural_units import LONGEST_STEP
 from ..kernels.problems import ProblemName
 from ..model.equilibrium import Equilibrium, check_equilibrium, stepped
-from ..model.robot import Robot, checked_robot
+from ..model.robot import Robot, checked_robot, kept_with_robot
 from .deadline import Deadline
 from .events import EventKind, PathEvent
 from .held_problem import checked_problem, held
@@ -83,10 +83,16 @@ def _check_numbers_only(first: Robot, last: Robot) -> None:
     Raises:
         InvalidRequest: They differ in more.
     """
-    known: list[RobotDescription] = last.kept("differs in numbers from", list)
+    known = _last_compared(last)
     if not known or known[0] is not first.description:
         check_numbers_only(first.description, last.description)
         known[:] = [first.description]
+
+
+@kept_with_robot
+def _last_compared(robot: Robot) -> list[RobotDescription]:
+    """The description this robot was found to differ from in numbers only, to be filled."""
+    return []
 
 
 @dataclass(frozen=True, eq=False)

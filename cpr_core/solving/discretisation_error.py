@@ -19,7 +19,7 @@ from ..kernels.prepared_robot import newton_step_prepared
 from ..kernels.problems import PROBLEMS, ProblemName
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium, check_equilibrium
-from ..model.robot import Robot
+from ..model.robot import Robot, kept_with_robot
 from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes
 from ..validation import cached_array
@@ -115,7 +115,7 @@ def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> Discr
 def embedded_richer(equilibrium: Equilibrium) -> Equilibrium:
     """The same configuration and multipliers in the space that tells the error of an equilibrium."""
     robot = equilibrium.robot
-    richer, embedding = robot.kept("richer robot", lambda: _richer(robot))
+    richer, embedding = _richer(robot)
     return _embedded(equilibrium, richer, embedding)
 
 
@@ -132,6 +132,7 @@ def embedded(equilibrium: Equilibrium, richer: Robot) -> Equilibrium:
     return _embedded(equilibrium, richer, embedding_of(equilibrium.robot, richer))
 
 
+@kept_with_robot
 def _richer(robot: Robot) -> tuple[Robot, Floats]:
     """A richer robot, and states of this one in its numbers, (M, N)."""
     rods, more = robot.description.rods, MORE_MODES

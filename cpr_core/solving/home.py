@@ -18,7 +18,7 @@ from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.model_state import Configuration, evaluate
-from ..model.robot import Robot, checked_robot
+from ..model.robot import Robot, checked_robot, kept_with_robot
 from ..model.shape import tip_poses
 from .assembly import assemble, settle, turned_over, with_best_multipliers
 from .limits import ROUNDING, check_limits
@@ -60,9 +60,10 @@ def solve_home(robot: Robot) -> Equilibrium:
     Warns:
         DescriptionWarning: Home is far from the rough pose of the platform, or a rod is wound there.
     """
-    return checked_robot(robot).kept("home", lambda: _found(robot))
+    return _found(checked_robot(robot))
 
 
+@kept_with_robot
 def _found(robot: Robot) -> Equilibrium:
     _check_motors(robot)
     guess, source = robot.description.home, robot.description.source

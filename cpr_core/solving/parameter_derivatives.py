@@ -23,7 +23,7 @@ from ..kernels.problems import PROBLEMS, ProblemName
 from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..model.residual_rates import residual_rates
-from ..model.robot import Robot
+from ..model.robot import Robot, kept_with_robot
 from ..validation import ReadOnlyArrays
 from .held_problem import checked_problem
 from .stability_slopes import stability_slopes
@@ -95,7 +95,7 @@ def derivatives(
     check_equilibrium(equilibrium)
     wanted = _checked_quantities(of)
     checked_problem(equilibrium.robot, problem)
-    named = _named(equilibrium.robot, parameters)
+    named = _named(equilibrium.robot, checked_paths(parameters))
     states, efforts = _state_derivatives(equilibrium, named, problem)
     robot, count = equilibrium.robot, len(named)
     twist = np.zeros((6, count))
@@ -119,18 +119,15 @@ def derivatives(
     )
 
 
-def _named(robot: Robot, paths: str | Sequence[str]) -> tuple[Parameter, ...]:
-    """Parameters of a robot by their paths, looked up once.
+@kept_with_robot
+def _named(robot: Robot, paths: tuple[str, ...]) -> tuple[Parameter, ...]:
+    """Parameters of a robot by their paths.
 
     Raises:
         UnknownParameter: There is no such number.
         InvalidRequest: What is there is no number, or a path is given twice.
     """
-    checked = checked_paths(paths)
-    known: dict[tuple[str, ...], tuple[Parameter, ...]] = robot.kept("parameters", dict)
-    if checked not in known:
-        known[checked] = named_parameters(robot.description, checked)
-    return known[checked]
+    return named_parameters(robot.description, paths)
 
 
 def _checked_quantities(of: str | Sequence[str]) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from ..model.equilibrium import Equilibrium, described
 from ..model.model_state import Configuration
 from ..model.nearby_robots import robot_beside
 from ..model.residual_rates import parameter_scales
-from ..model.robot import Robot
+from ..model.robot import Robot, kept_with_robot
 from ..model.softest_motion import SizeOfMotion, softest_motion
 
 __all__ = ["stability_slopes"]
@@ -101,13 +101,19 @@ def stability_slopes(
 
 def _near(robot: Robot, parameter: Parameter, step: float) -> _Beside:
     """Robots beside one in a parameter, the last ones kept."""
-    last: list[_Beside] = robot.kept(f"for stability by {parameter.path}", list)
+    last = _last_beside(robot, parameter)
     if not last or abs(last[0].step) != step:
         try:
             last[:] = [_made(robot, parameter, step, *_BOTH_SIDES)]
         except DescriptionError:
             last[:] = [_made_on_one_side(robot, parameter, step)]
     return last[0]
+
+
+@kept_with_robot
+def _last_beside(robot: Robot, parameter: Parameter) -> list[_Beside]:
+    """The robots beside it of the last question, to be filled."""
+    return []
 
 
 def _made_on_one_side(robot: Robot, parameter: Parameter, step: float) -> _Beside:

@@ -20,6 +20,7 @@ from cpr_core.lie import (
     rotation_from_quaternion,
     turn_between,
 )
+from cpr_core.model.robot import kept_with_robot
 
 __all__ = ["PoseCoordinates", "pose_coordinates"]
 
@@ -124,6 +125,7 @@ class PoseCoordinates:
         return positions, angles
 
 
+@kept_with_robot
 def pose_coordinates(robot: Robot) -> PoseCoordinates:
     """The coordinates a robot controls, made once for every robot."""
-    return robot.kept("pose_coordinates", lambda: PoseCoordinates(robot))
+    return PoseCoordinates(robot)

@@ -15,12 +15,14 @@ from cpr_core import (
     Loads,
     MotorLimitExceeded,
     NotReached,
+    Robot,
     StrainLimitExceeded,
     TimeLimitExceeded,
 )
 from cpr_core.errors import distinct
 from cpr_core.model.assessment import Assessment
 from cpr_core.model.configurations import leg_units
+from cpr_core.model.robot import kept_with_robot
 
 from .goals import Goal
 from .supervision import Refusal
@@ -90,7 +92,11 @@ def falls(first: float, last: float) -> bool:
 def change_between(first: Equilibrium, last: Equilibrium) -> float:
     """Largest change of a leg coordinate [1/rod length] and of the platform [rod lengths, radians]."""
     robot = first.robot
-    units: list[float] = robot.kept("units of changes", lambda: leg_units(robot).tolist())
     # In lists: after a pause numpy takes twice as long.
     change = map(sub, last.configuration.tolist(), first.configuration.tolist())
-    return max(map(truediv, map(abs, change), units))
+    return max(map(truediv, map(abs, change), _units(robot)))
+
+
+@kept_with_robot
+def _units(robot: Robot) -> list[float]:
+    return leg_units(robot).tolist()

@@ -36,6 +36,7 @@ from cpr_core.description.loads import DistributedForce, PointForce
 from cpr_core.description.motors import Extensible, Prismatic, RevoluteMotor, Welded
 from cpr_core.description.robot_description import HomeGuess
 from cpr_core.lie import roll_pitch_yaw, rotation_exp
+from cpr_core.model.robot import kept_with_robot
 
 HEAVY = {True: [0.5, -2.0, 0.0], False: [0.5, -1.0, -9.81]}
 
@@ -665,14 +666,19 @@ def test_words_and_truth_values_are_no_motor_positions(values):
 def test_threads_that_search_at_once_keep_the_same():
     robot, together = load_robot("rfrfr"), threading.Barrier(4)
 
-    def find():
+    @kept_with_robot
+    def find(searched, number):
+        assert searched is robot
         together.wait(timeout=60)
         return object()
 
     with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(lambda _: robot.kept("something", find), range(4)))
+        found = list(pool.map(lambda _: find(robot, 7), range(4)))
     assert len(set(found)) == 1
-    assert robot.kept("something", find) is found[0]
+    assert find(robot, 7) is found[0]
+    together.abort()
+    with pytest.raises(threading.BrokenBarrierError):
+        find(robot, 8)  # another question: searched for again
 
 
 def test_modes_that_are_not_independent_are_refused_with_the_reason():
