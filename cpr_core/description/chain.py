@@ -6,8 +6,8 @@
 Everything is in the frame (d1, d2, d3) that the elements before lead to, all joints at zero. A new joint
 that is made of turns and shifts is one class, which reads its own part of a description, and its name in
 ``CHAIN_JOINTS``. One that moves otherwise, a screw of one coordinate say, is a new kind of
-``ChainElement`` besides: a case of the kernels (``leg_kernel``, ``chain_kernel``) and of what tells
-kinds apart (``leg_groups``, ``robot_arrays``, ``shape``, the URDF of the node).
+``ChainElement`` besides: a case of the kernels (``leg_kernel``, ``chain_kernel``) and of what numbers
+kinds for them (``leg_groups``, ``robot_arrays``). What moves any of them is a ``Drive``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,7 @@ from ..description_part import field as described
 from ..lie import rotation_exp
 from ..rods.rod import Rod, StrainModes
 from .chain_element import ChainElement
-from .motors import FARTHEST, LEAD, NO_LIMITS, OFFSET, RATIO, MotorLimits, described_ratio
+from .motors import FARTHEST, LEAD, OFFSET, UNDRIVEN, Drive
 
 __all__ = [
     "ChainElement",
@@ -75,30 +75,21 @@ class ChainJoint(DescribedJoint, ChainElement):
 
     Attributes:
         axis: Unit axis in the frame before the joint.
-        motor: Name of the motor that moves it; None: it is passive.
-        ratio: How far the joint goes when its motor goes one.
-        zero: Where the joint is with its coordinate at zero [rad or m].
+        drive: What moves it; without a motor it is passive.
         stiffness: Of its spring [N m/rad or N/m].
         rest: Coordinate at which the spring is at rest [rad or m].
-        limits: What the motor can do.
         name: In messages, and where home says roughly where a passive joint is.
     """
 
     axis: Vector
-    motor: str | None = None
-    ratio: float = 1.0
-    zero: float = 0.0
+    drive: Drive = UNDRIVEN
     stiffness: float = 0.0
     rest: float = 0.0
-    limits: MotorLimits = NO_LIMITS
     name: str = ""
     fields: ClassVar[Mapping[str, Any]] = {
         "name": _NAME,
         "axis": described("axis", "in the frame before it"),
-        "motor": described("name", "the motor that moves it; default passive"),
-        "ratio": RATIO,
-        "offset": OFFSET,
-        "limits": described("limits", "what the motor can do; default unlimited"),
+        **Drive.fields,
         **_SPRING,
     }
     required = ("axis",)
@@ -115,26 +106,22 @@ class ChainJoint(DescribedJoint, ChainElement):
         Raises:
             DescriptionError: It has a motor and a spring, or neither and what only one with motor has.
         """
-        if "motor" not in part:
-            for given in ("ratio", "offset", "limits"):
-                if given in part:
-                    raise part.fail(given, "no motor moves this joint: give one, or leave it out")
+        drive = Drive.from_description(part, "moves this joint")
+        if drive.motor is None:
             stiffness, rest = part.number("stiffness", 0.0), part.number("rest", 0.0)
-            return cls(axis, stiffness=stiffness, rest=rest, name=name)
+            return cls(axis, drive, stiffness, rest, name)
         for given in ("stiffness", "rest"):
             if given in part:
                 raise part.fail(
                     given,
                     "a motor holds this joint: for its compliance put a passive joint behind it",
                 )
-        return cls(
-            axis,
-            str(part.get("motor")),
-            described_ratio(part),
-            part.number("offset", 0.0),
-            limits=MotorLimits.from_description(part.part("limits")),
-            name=name,
-        )
+        return cls(axis, drive, name=name)
+
+    @property
+    def passive(self) -> bool:
+        """Whether no motor moves it."""
+        return self.drive.motor is None
 
     def constants(self) -> Mapping[str, ArrayLike]:
         """Axis, zero and spring."""
@@ -147,7 +134,7 @@ class ChainJoint(DescribedJoint, ChainElement):
 
     def without_limits(self) -> Self:
         """The same joint with a motor that can do everything."""
-        return replace(self, limits=NO_LIMITS)
+        return replace(self, drive=self.drive.without_limits())
 
     @classmethod
     def _axis(cls, part: Part) -> Floats:
@@ -160,6 +147,8 @@ class Turn(ChainJoint):
 
     kind = "turn"
     unit = "rad"
+    shown_kind = "revolute"
+    adds_point = False
 
     def behind(
         self, rotation: Floats, position: Floats, coordinate: float
@@ -175,28 +164,12 @@ class Turn(ChainJoint):
 
 @dataclass(frozen=True)
 class Shift(ChainJoint):
-    """Shifts all behind it along its axis.
+    """Shifts all behind it along its axis."""
 
-    Attributes:
-        screw: Whether its motor turns, by a screw or a belt.
-    """
-
-    screw: bool = False
     kind = "shift"
     unit = "m"
+    shown_kind = "prismatic"
     fields: ClassVar[Mapping[str, Any]] = {**ChainJoint.fields, "lead": LEAD}
-
-    @classmethod
-    def on_axis(cls, axis: Vector, part: Part, name: str) -> Self:
-        """A joint with a motor that shifts, or turns a screw, or without one."""
-        if "lead" in part and "motor" not in part:
-            raise part.fail("lead", "no motor moves this joint: give one, or leave it out")
-        return replace(super().on_axis(axis, part, name), screw="lead" in part)
-
-    @property
-    def motor_unit(self) -> Literal["rad", "m"]:
-        """Unit of the position of its motor."""
-        return "rad" if self.screw else "m"
 
     def behind(
         self, rotation: Floats, position: Floats, coordinate: float
@@ -269,36 +242,24 @@ class ChainRod(ChainElement):
     Attributes:
         rod: The rod.
         modes: Its strain modes.
-        motor: Name of the motor that feeds it. None: its length is fixed.
-        limits: What the motor can do.
-        zero: Its length with the motor at zero [m].
-        ratio: How much longer it gets when the motor goes one.
-        screw: Whether the motor turns, by a screw or a roller.
+        drive: What feeds it; without a motor its length is fixed.
     """
 
     rod: Rod
     modes: StrainModes
-    motor: str | None = None
-    limits: MotorLimits = NO_LIMITS
-    zero: float = 0.0
-    ratio: float = 1.0
-    screw: bool = False
+    drive: Drive = UNDRIVEN
     kind = "rod"
     unit = "m"
+    shown_kind = "feed"
     fields: ClassVar[Mapping[str, Any]] = {
         "rod": described("chain_rod", "what it is made of"),
         "strain": described("strain", "its modes; fields left out are the leg's or the robot's"),
+        **Drive.fields,
         "motor": described("name", "the motor that feeds it; default fixed length"),
         "limits": described("limits", "what that motor can do; default unlimited"),
         "offset": OFFSET | {"description": "its length with that motor at zero [m]; default 0"},
-        "ratio": RATIO,
         "lead": LEAD,
     }
-
-    @property
-    def motor_unit(self) -> Literal["rad", "m"]:
-        """Unit of the position of its motor."""
-        return "rad" if self.screw else "m"
 
     @property
     def uncoils(self) -> tuple[bool, bool, bool]:
@@ -314,7 +275,8 @@ class ChainRod(ChainElement):
 
     def without_limits(self) -> Self:
         """The same rod, unbreakable, with a motor that can do everything."""
-        return replace(self, limits=NO_LIMITS, rod=replace(self.rod, yield_strain=math.inf))
+        unbreakable = replace(self.rod, yield_strain=math.inf)
+        return replace(self, drive=self.drive.without_limits(), rod=unbreakable)
 
     def with_modes(self, changed: Callable[[StrainModes], StrainModes]) -> Self:
         """The same rod with other strain modes."""

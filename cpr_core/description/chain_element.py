@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description_part import Described
 from ..rods.rod import StrainModes
-from .motors import NO_LIMITS, MotorLimits
+from .motors import UNDRIVEN, Drive, MotorLimits
 
 __all__ = ["ChainElement"]
 
@@ -26,32 +26,50 @@ class ChainElement(Described):
     Attributes:
         kind: What the mechanics take it for.
         unit: Of its coordinate; empty where it has none.
-        motor: Name of the motor that moves it; None: none does.
-        ratio: How far it goes when its motor goes one.
-        zero: Where it is with its coordinate at zero.
+        shown_kind: What it is called where it is shown as a joint; empty where it is none.
+        adds_point: Whether it leads to another point than the one before it.
+        drive: What moves it.
         stiffness: Of a spring on its coordinate [N m/rad or N/m].
         rest: Coordinate at which the spring is at rest.
-        limits: What the motor can do.
     """
 
     kind: ClassVar[Literal["link", "turn", "shift", "rod"]]
     unit: ClassVar[Literal["rad", "m", ""]] = ""
-    motor: str | None = None
-    ratio: float = 1.0
-    zero: float = 0.0
+    shown_kind: ClassVar[Literal["revolute", "prismatic", "feed", ""]] = ""
+    adds_point: ClassVar[bool] = True
+    drive: Drive = UNDRIVEN
     stiffness: float = 0.0
     rest: float = 0.0
-    limits: MotorLimits = NO_LIMITS
+
+    @property
+    def motor(self) -> str | None:
+        """Name of the motor that moves it; None: none does."""
+        return self.drive.motor
+
+    @property
+    def ratio(self) -> float:
+        """How far it goes when its motor goes one."""
+        return self.drive.ratio
+
+    @property
+    def zero(self) -> float:
+        """Where it is with its coordinate at zero."""
+        return self.drive.zero
+
+    @property
+    def limits(self) -> MotorLimits:
+        """What the motor can do."""
+        return self.drive.limits
 
     @property
     def passive(self) -> bool:
         """Whether it has a coordinate that no motor moves."""
-        return self.kind in ("turn", "shift") and self.motor is None
+        return False
 
     @property
     def motor_unit(self) -> Literal["rad", "m", ""]:
         """Unit of the position of its motor."""
-        return self.unit
+        return "rad" if self.drive.screw else self.unit
 
     def natural_unit(self, length: float) -> float:
         """Natural unit of its coordinate in a robot with rods of a length [m].

@@ -11,12 +11,13 @@ from typing import Any, ClassVar
 
 from ..description_part import Part, triple
 from .chain import ChainJoint, DescribedJoint, Shift, Turn
+from .motors import Drive
 
 __all__ = ["CHAIN_JOINTS", "UniversalInChain"]
 
 
 #: Fields of turns that a motor moves, and of passive ones.
-_OF_MOTORS = ("ratio", "offset", "limits")
+_OF_MOTORS = tuple(name for name in Drive.fields if name != "motor")
 _OF_SPRINGS = ("stiffness", "rest")
 
 
@@ -47,10 +48,7 @@ class UniversalInChain(DescribedJoint):
         | {
             "description": "the motors that turn it, null: passive about that axis; default passive"
         },
-        **{
-            name: _of_each_axis(ChainJoint.fields[name])
-            for name in ("ratio", "offset", "limits", "stiffness", "rest")
-        },
+        **{name: _of_each_axis(ChainJoint.fields[name]) for name in (*_OF_MOTORS, *_OF_SPRINGS)},
     }
     required = ("axes",)
 
@@ -62,7 +60,7 @@ class UniversalInChain(DescribedJoint):
         axes = [part.direction_of(f"axes[{i}]", axis) for i, axis in enumerate(part.get("axes"))]
         if abs(axes[0] @ axes[1]) > 0.999:
             raise part.fail("axes", f"expected two directions, got {part.get('axes')}")
-        single = [part.path_of(name) for name in ("ratio", "offset", "stiffness", "rest")]
+        single = [part.path_of(name) for name in (*_OF_MOTORS, *_OF_SPRINGS)]
         turns = []
         for number, axis in enumerate(axes):
             own = replace(part, content=_about_axis(part.content, number), read={})

@@ -14,7 +14,7 @@ from .chain_joints import CHAIN_JOINTS
 from .described_rods import described_modes, described_rod
 from .joints import JOINTS
 from .leg_description import LegDescription
-from .motors import NO_LIMITS, MotorLimits, Welded, described_ratio
+from .motors import NO_LIMITS, Drive, Welded
 from .plausibility import check_link, check_moved
 
 __all__ = ["chain_leg", "check_joints", "check_motors"]
@@ -51,7 +51,6 @@ def chain_leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescriptio
     tip, base = part.part("tip"), part.part("base")
     leg = LegDescription(
         name=leg_name,
-        motor_name=None,
         rod=leg_rod,
         modes=described_modes(strain.part("strain")),
         base_position=base.vector("position"),
@@ -79,26 +78,15 @@ def _chain_rod(part: Part, leg_rod: Rod, rod: Part, strain: Part) -> ChainRod:
     described = described_rod(replace(own, content={**rod.content, **own.content}))
     if not own.content:  # the same one: what is found of a rod is found once
         described = leg_rod
-    motor = part.content.get("motor")
-    if motor is not None and not described.uniform:
+    if "motor" in part and not described.uniform:
         raise part.fail(
             "motor",
             "a rod that is fed has to be uniform: no profile, no second radius, and a rest_curvature "
             "that is the same all along",
         )
-    for given in ("limits", "offset", "ratio", "lead"):
-        if motor is None and given in part:
-            raise part.fail(given, "no motor feeds this rod: give one, or leave it out")
+    drive = Drive.from_description(part, "feeds this rod")
     strains = described_modes(replace(modes, content={**strain.content, **modes.content}))
-    return ChainRod(
-        described,
-        strains,
-        motor,
-        MotorLimits.from_description(part.part("limits")),
-        zero=0.0 if motor is None else part.number("offset", 0.0),
-        ratio=1.0 if motor is None else described_ratio(part),
-        screw="lead" in part,
-    )
+    return ChainRod(described, strains, drive)
 
 
 def check_joints(part: Part, legs: tuple[LegDescription, ...]) -> None:
@@ -143,8 +131,8 @@ def check_motors(part: Part, legs: tuple[LegDescription, ...]) -> None:
             if first.limits == NO_LIMITS:  # the first that has some is what others are held to
                 known[element.motor] = element
     for number, leg in enumerate(legs):
-        if leg.motor_name in known:
+        if leg.drive.motor in known:
             problem = (
-                f"{leg.motor_name!r} is a motor of a chain: several joints share it there only"
+                f"{leg.drive.motor!r} is a motor of a chain: several joints share it there only"
             )
             raise part.fail(f"legs[{number}].motor.name", problem)

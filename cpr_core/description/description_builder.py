@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from ..description_part import EXACTLY_ACROSS, Part
 from ..lie import directions_across
 from ..rods.rod import Rod
-from .chain import ChainJoint, ChainRod
 from .controlled_coordinates import CONTROLLED_COORDINATES
 from .described_chain import chain_leg, check_joints, check_motors
 from .described_rods import (
@@ -30,7 +29,7 @@ from .home_guess import home_guess
 from .joints import JOINTS, Joint
 from .leg_description import LegDescription, described_motors
 from .loads import DistributedForce, Loads, PointForce
-from .motors import MOTORS, NO_LIMITS, Motor, MotorLimits, Welded, described_ratio
+from .motors import MOTORS, UNDRIVEN, Drive, Motor, Welded
 from .plausibility import check_inertia, check_moved, check_positions
 from .robot_description import RobotDescription
 from .tracker import Tracker
@@ -171,7 +170,7 @@ def _check_leg_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
     several = "; one that moves several legs is written in a chain of each"
     for kind, names, known in (
         ("name", [leg.name for leg in legs], "leg already"),
-        ("motor.name", [leg.motor_name for leg in legs], f"motor already{several}"),
+        ("motor.name", [leg.drive.motor for leg in legs], f"motor already{several}"),
     ):
         for index, name in enumerate(names):
             if name is not None and name in names[:index]:
@@ -230,43 +229,29 @@ def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
         )
     joint = JOINTS[tip.get("type")].from_description(tip)
     motor.check_tip(motor_part, len(joint.orientation(part.planar)) > 0)
-    limits = MotorLimits.from_description(motor_part.part("limits"))
-    offset = motor_part.number("offset", 0.0) if motor.actuated else 0.0
+    drive = UNDRIVEN
+    if motor.actuated:
+        drive = Drive.of_motor(motor_part.get("name", f"motor{index + 1}"), motor_part)
     base = part.part("base")
     return LegDescription(
         name=part.get("name", f"leg{index + 1}"),
-        motor_name=motor_part.get("name", f"motor{index + 1}") if motor.actuated else None,
         rod=rod,
         modes=modes,
         base_position=base.vector("position"),
         base_rotation=_base_rotation(base, motor, joint),
         motor=motor,
         joint=joint,
-        limits=limits,
-        offset=offset,
+        drive=drive,
     )
 
 
 def _geared(leg: LegDescription, part: Part) -> LegDescription:
     """The leg, as the chain it is where there is a gear or a screw behind its motor."""
-    motor_part = part.part("motor")
-    # Read where it is not written too: a default counts as a parameter, and may be changed as one.
-    ratio = described_ratio(motor_part) if leg.motor.actuated else 1.0
-    if ratio != 1.0 or "lead" in motor_part:
-        gear: dict[str, Any] = {"ratio": ratio}
-        if "lead" in motor_part:
-            gear["screw"] = True
-        elements = tuple(
-            replace(element, **gear)
-            if isinstance(element, ChainJoint | ChainRod) and element.motor is not None
-            else element
-            for element in leg.chain
-        )
-        plain = replace(leg, motor=Welded(), motor_name=None, limits=NO_LIMITS, offset=0.0)
-        leg = replace(plain, elements=elements)
+    if leg.drive.ratio != 1.0 or leg.drive.screw:
+        leg = replace(leg, motor=Welded(), drive=UNDRIVEN, elements=leg.chain)
     for element in leg.chain:
         if element.motor is not None:
-            check_moved(motor_part, element, leg.rod.length)
+            check_moved(part.part("motor"), element, leg.rod.length)
     return leg
 
 

@@ -18,17 +18,14 @@ from .chain import ChainRod, Link
 from .chain_joints import CHAIN_JOINTS
 from .controlled_coordinates import CONTROLLED_COORDINATES
 from .joints import JOINTS
-from .motors import LEAD, MOTORS, OFFSET, RATIO, Motor
+from .motors import LEAD, MOTORS, Drive, Motor
 
 __all__ = ["DEFAULT_BASIS", "description_schema"]
 
 #: Basis of the strain modes where none is named.
 DEFAULT_BASIS = "legendre"
 
-_ACTUATED = {
-    "name": field("name", "joint name in messages; default motor and the number of the leg"),
-    "limits": field("limits", "what the motor can do; default unlimited"),
-}
+_NAME = field("name", "joint name in messages; default motor and the number of the leg")
 _MODES = {
     "torsion": field("modes", "modes; default 0"),
     "bending_2": field("modes", "modes about d2; default 5, in the plane 0"),
@@ -84,8 +81,9 @@ def _chain_element() -> dict[str, Any]:
 def _motor_fields(kind: type[Motor]) -> Mapping[str, Any]:
     if not kind.actuated:
         return kind.fields
-    gear = {"offset": OFFSET, "ratio": RATIO} | ({"lead": LEAD} if kind.unit == "m" else {})
-    return {**kind.fields, **_ACTUATED, **gear}
+    drive = {name: value for name, value in Drive.fields.items() if name != "motor"}
+    lead = {"lead": LEAD} if kind.unit == "m" else {}
+    return {**kind.fields, "name": _NAME, **drive, **lead}
 
 
 def _choice(

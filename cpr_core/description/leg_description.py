@@ -19,7 +19,7 @@ from ..rods.rod import Rod, StrainModes
 from ..validation import cached_property
 from .chain import ChainElement, ChainJoint, ChainRod, Shift, Turn
 from .joints import Joint
-from .motors import NO_LIMITS, Motor, MotorLimits
+from .motors import NO_LIMITS, UNDRIVEN, Drive, Motor, MotorLimits
 
 __all__ = ["BasePose", "DescribedMotor", "LegDescription", "described_motors"]
 
@@ -70,28 +70,24 @@ class LegDescription:
 
     Attributes:
         name: Name of the leg.
-        motor_name: Name of its motor in messages; None for a passive base.
         rod: The rod; of a chain what its rods are where they do not say otherwise.
         modes: Its strain modes.
         base_position: Base point in the world, all joints at zero, (3,) [m].
         base_rotation: Base frame (d1, d2, d3 as columns) in the world, all joints at zero, (3, 3).
         motor: What holds the base; that of a chain is welded.
         joint: What holds the tip.
-        limits: What the motor can do.
-        offset: Where its joint is, or how long the rod that it feeds, with the motor at zero [rad or m].
+        drive: What moves the base or feeds the rod, in place of that of a chain.
         elements: A chain in place of motor and rod.
     """
 
     name: str
-    motor_name: str | None
     rod: Rod
     modes: StrainModes
     base_position: Floats
     base_rotation: Floats
     motor: Motor
     joint: Joint
-    limits: MotorLimits = NO_LIMITS
-    offset: float = 0.0
+    drive: Drive = UNDRIVEN
     elements: tuple[ChainElement, ...] | None = None
 
     def __repr__(self) -> str:
@@ -109,22 +105,19 @@ class LegDescription:
             joints.append(self._joint(Turn, turn, self.motor.actuated == "turn"))
         if shift is not None and not self.motor.extensible:
             joints.append(self._joint(Shift, shift, self.motor.actuated == "shift"))
-        fed = self.motor_name if self.motor.extensible else None
-        zero = 0.0 if fed is None else self.offset
-        return (*joints, ChainRod(self.rod, self.modes, fed, self.limits, zero))
+        fed = self.drive if self.motor.extensible else UNDRIVEN
+        return (*joints, ChainRod(self.rod, self.modes, fed))
 
     def _joint(self, kind: type[ChainJoint], axis: Vector, moved: bool) -> ChainJoint:
         """The joint of the motor about or along an axis in the world, or a passive one."""
-        axis, name = triple(self.base_rotation.T @ axis), f"{self.name}.joint1"
-        if not moved:
-            return kind(axis, name=name)
-        return kind(axis, self.motor_name, zero=self.offset, limits=self.limits, name=name)
+        drive = self.drive if moved else UNDRIVEN
+        return kind(triple(self.base_rotation.T @ axis), drive, name=f"{self.name}.joint1")
 
     def without_limits(self) -> LegDescription:
         """The same leg with motors that can do everything and rods that bear everything."""
         elements = self.elements and tuple(element.without_limits() for element in self.elements)
         rod = replace(self.rod, yield_strain=math.inf)
-        return replace(self, limits=NO_LIMITS, rod=rod, elements=elements)
+        return replace(self, drive=self.drive.without_limits(), rod=rod, elements=elements)
 
     def with_modes(self, changed: Callable[[StrainModes], StrainModes]) -> LegDescription:
         """The same leg with other strain modes of its rods."""
@@ -220,7 +213,7 @@ class LegDescription:
 
     def base_at(self, motor: float) -> BasePose:
         """Base at a motor position [rad or m], a passive coordinate at zero."""
-        way = self.offset + motor
+        way = self.drive.zero + motor
         return (
             self.base_pose(turn=way) if self.motor.actuated == "turn" else self.base_pose(0.0, way)
         )

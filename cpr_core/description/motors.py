@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -27,6 +27,8 @@ __all__ = [
     "NO_LIMITS",
     "OFFSET",
     "RATIO",
+    "UNDRIVEN",
+    "Drive",
     "Extensible",
     "Hinge",
     "Motor",
@@ -111,6 +113,69 @@ def described_ratio(part: Part) -> float:
             name, f"expected a number from {smallest:g} to {largest:g}, or negative, got {way}"
         )
     return way / (2.0 * math.pi) if name == "lead" else way
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What moves a joint or feeds a rod: a motor, and what is between them.
+
+    What else a motor or its gear may have is a field here, and read here, for joints and rods alike.
+
+    Attributes:
+        motor: Name of the motor; None: a passive joint, or a rod of fixed length.
+        ratio: How far the joint goes, or how much longer the rod gets, when the motor goes one.
+        zero: Where the joint is, or how long the rod, with the motor at zero [rad or m].
+        limits: What the motor can do.
+        screw: Whether the motor turns what shifts, by a screw, a belt or a roller.
+    """
+
+    motor: str | None = None
+    ratio: float = 1.0
+    zero: float = 0.0
+    limits: MotorLimits = NO_LIMITS
+    screw: bool = False
+    fields: ClassVar[Mapping[str, Any]] = {
+        "motor": field("name", "the motor that moves it; default passive"),
+        "ratio": RATIO,
+        "offset": OFFSET,
+        "limits": field("limits", "what the motor can do; default unlimited"),
+    }
+
+    @classmethod
+    def from_description(cls, part: Part, would: str) -> Self:
+        """That of a joint or a rod of a chain.
+
+        Args:
+            part: The joint or the rod.
+            would: What a motor would do, for errors.
+
+        Raises:
+            DescriptionError: Without a motor it has what only one with motor has.
+        """
+        if "motor" in part:
+            return cls.of_motor(str(part.get("motor")), part)
+        for given in ("lead", *cls.fields):
+            if given in part:
+                raise part.fail(given, f"no motor {would}: give one, or leave it out")
+        return cls()
+
+    @classmethod
+    def of_motor(cls, motor: str, part: Part) -> Self:
+        """That of a motor, all else as its part of a description says."""
+        return cls(
+            motor,
+            described_ratio(part),
+            part.number("offset", 0.0),
+            MotorLimits.from_description(part.part("limits")),
+            "lead" in part,
+        )
+
+    def without_limits(self) -> Self:
+        """The same with a motor that can do everything."""
+        return replace(self, limits=NO_LIMITS)
+
+
+UNDRIVEN = Drive()
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ class LegGroup:
         numbers: The legs.
         kinds: Kind of every element.
         moved: Whether a motor moves it.
+        passive_count: Passive joints.
         component_start: For every rod the first strain slot of torsion and both bendings, and the last.
         function: Which shape function every strain slot uses.
     """
@@ -36,6 +37,7 @@ class LegGroup:
     numbers: tuple[int, ...]
     kinds: tuple[Element, ...]
     moved: tuple[bool, ...]
+    passive_count: int
     component_start: tuple[Integers, ...]
     function: tuple[int, ...]
 
@@ -48,12 +50,6 @@ class LegGroup:
     def function_count(self) -> int:
         """Shape functions."""
         return max(self.function, default=0) + 1
-
-    @property
-    def passive_count(self) -> int:
-        """Passive joints."""
-        joints = zip(self.kinds, self.moved, strict=True)
-        return sum(kind in (Element.TURN, Element.SHIFT) and not moved for kind, moved in joints)
 
     @property
     def motor_count(self) -> int:
@@ -70,10 +66,11 @@ def leg_groups(legs: tuple[LegDescription, ...]) -> list[LegGroup]:
     for structure, numbers in alike.items():
         kinds = tuple(kind for kind, _ in structure)
         moved = tuple(is_moved for _, is_moved in structure)
+        passive = sum(element.passive for element in legs[numbers[0]].chain)
         for first in range(0, len(numbers), WIDTH):
             members = tuple(numbers[first : first + WIDTH])
             starts, function = _strain_slots([legs[number] for number in members])
-            groups.append(LegGroup(members, kinds, moved, starts, function))
+            groups.append(LegGroup(members, kinds, moved, passive, starts, function))
     return groups
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.chain import ChainJoint, ChainRod, Turn
+from ..description.chain import ChainJoint, ChainRod
 from ..description.joints import JOINTS
 from ..description.leg_description import LegDescription
 from ..kernels.rotation_kernel import rotation_steps
@@ -169,10 +169,9 @@ def _joint_places(leg: LegDescription, poses: list[Pose]) -> tuple[JointPlace, .
     found = []
     for element, before, behind in zip(leg.chain, poses, poses[1:], strict=False):
         if isinstance(element, ChainJoint):
-            kind = "revolute" if isinstance(element, Turn) else "prismatic"
-            found.append(JointPlace(kind, element.motor, behind.position))
-        elif isinstance(element, ChainRod) and element.motor is not None:
-            found.append(JointPlace("feed", element.motor, before.position))
+            found.append(JointPlace(element.shown_kind, element.motor, behind.position))
+        elif element.shown_kind and element.motor is not None:
+            found.append(JointPlace(element.shown_kind, element.motor, before.position))
     own = type(leg.joint)
     tip = next((kind for kind, joint in JOINTS.items() if joint is own), own.__name__)
     return (*found, JointPlace(tip, None, poses[-1].position))
@@ -188,8 +187,8 @@ def _along(
     """Points of the elements of a chain, one after the other; turns add none."""
     chain, sigma = leg.chain, _places(points)
     parts, way, number = [], 0.0, 0
-    rigid = [element for element in chain if not isinstance(element, Turn)]
-    if not rigid or not isinstance(rigid[0], ChainRod):
+    pieces = [element for element in chain if element.adds_point]
+    if not pieces or not isinstance(pieces[0], ChainRod):
         parts.append(_point(way, poses[0]))
     for element, start, end in zip(chain, poses, poses[1:], strict=False):
         if isinstance(element, ChainRod):
@@ -204,10 +203,10 @@ def _along(
                 )
             )
             way, number = way + shape.length, number + 1
-        elif not isinstance(element, Turn):
+        elif element.adds_point:
             way += float(np.linalg.norm(end.position - start.position))
             parts.append(_point(way, end))
-    if isinstance(chain[-1], Turn):  # the tip is behind it
+    if not chain[-1].adds_point:  # the tip is behind it
         parts.append(_point(way, poses[-1]))
     joints = _joint_places(leg, poses)
     if len(parts) == 1:

@@ -303,7 +303,7 @@ def solve_literally(
     robot, loads = equilibrium.robot, equilibrium.loads
     legs = robot.description.legs
     for leg in legs:
-        if not isinstance(leg.motor, RevoluteMotor) or leg.motor_name is None:
+        if not isinstance(leg.motor, RevoluteMotor) or leg.drive.motor is None:
             raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
         if not isinstance(leg.joint, RevoluteJoint if robot.planar else Spherical):
             raise InvalidRequest("robot", f"{leg.name}: expected a tip joint that takes no moment")

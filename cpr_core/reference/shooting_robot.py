@@ -139,7 +139,7 @@ def check_robot(robot: Robot, loads: Loads) -> None:
     for leg in robot.description.legs:
         if leg.elements is not None:
             raise InvalidRequest("robot", f"{leg.name}: expected a motor and a rod, not a chain")
-        if not (isinstance(leg.motor, RevoluteMotor) and leg.motor_name is not None):
+        if not (isinstance(leg.motor, RevoluteMotor) and leg.drive.motor is not None):
             raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
         if not isinstance(leg.joint, Spherical) and not (
             robot.planar and isinstance(leg.joint, RevoluteJoint)

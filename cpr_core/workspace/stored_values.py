@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..description.motors import Drive
 from ..model.robot import Robot
 
 __all__ = ["as_json", "is_robot", "is_same", "robot_as_json"]
@@ -19,6 +20,10 @@ __all__ = ["as_json", "is_robot", "is_same", "robot_as_json"]
 _BESIDE = ("source", "written", "tracker")
 #: Beside the fields of the description: motors that the robot holds, if it holds any.
 _HELD = "held_motors"
+#: What maps of older versions called the fields of a ``Drive``, which they had beside those of what it
+#: moves: of a leg, and of elements of a chain.
+_OF_LEGS = {"motor_name": "motor", "offset": "zero", "limits": "limits"}
+_OF_ELEMENTS = {name: name for name in ("motor", "ratio", "zero", "limits", "screw")}
 
 
 def as_json(value: Any) -> str:
@@ -35,7 +40,7 @@ def robot_as_json(robot: Robot) -> str:
 
 def is_robot(robot: Robot, stored: str) -> bool:
     """Whether a robot is the one that was stored."""
-    content = json.loads(stored)
+    content = json.loads(stored, object_hook=_with_drive)
     held = tuple(content.pop(_HELD, ()))
     return held == robot.held_motors and _same_fields(robot.description, content, _BESIDE)
 
@@ -43,6 +48,16 @@ def is_robot(robot: Robot, stored: str) -> bool:
 def is_same(value: Any, stored: str) -> bool:
     """Whether a dataclass has in it what was stored."""
     return _same(value, json.loads(stored))
+
+
+def _with_drive(stored: dict[str, Any]) -> dict[str, Any]:
+    """What was stored, as it is now, of a leg or of an element of a chain that something may move."""
+    kind, names = stored.get("type"), _OF_LEGS if "motor_name" in stored else _OF_ELEMENTS
+    if kind in (None, Drive.__name__) or not {"motor_name", "zero"} & stored.keys():
+        return stored
+    drive = {new: stored.pop(old) for old, new in names.items() if old in stored}
+    moved = drive if drive.get("motor") is not None else {}
+    return stored | {"drive": {"type": Drive.__name__, **moved}}
 
 
 def _plain(value: Any) -> Any:

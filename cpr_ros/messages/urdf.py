@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Robot
-from cpr_core.description.chain import ChainJoint, ChainRod, Turn
+from cpr_core.description.chain import ChainJoint, ChainRod
 from cpr_core.description.chain_element import ChainElement
 from cpr_core.description.leg_description import LegDescription
 from cpr_core.description.motors import MotorLimits
@@ -121,15 +121,14 @@ class _Writer:
         for number, element in enumerate(leg.chain):
             if isinstance(element, ChainJoint) and element.motor is not None:
                 child = f"{leg.name}.{number + 1}"
-                kind = "revolute" if isinstance(element, Turn) else "prismatic"
                 place = place.behind(element)
                 shaft = "revolute" if element.motor_unit == "rad" else "prismatic"
-                kinds = kind, shaft
+                kinds = element.shown_kind, shaft
                 self._add_motor(element.motor, kinds, place, child, element.axis, element.ratio)
                 place = _Place(child, np.eye(3), np.zeros(3))
             elif isinstance(element, ChainRod) and element.motor is not None:
                 child = f"{leg.name}.{number + 1}"
-                kinds = "prismatic", "revolute" if element.screw else "prismatic"
+                kinds = "prismatic", "revolute" if element.drive.screw else "prismatic"
                 began = place.position + element.zero * place.rotation[:, 0]
                 place = _Place(place.link, place.rotation, began)
                 axis = (1.0, 0.0, 0.0)

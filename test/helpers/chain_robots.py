@@ -16,6 +16,7 @@ from cpr_core import Robot, load_robot
 from cpr_core.description import joints
 from cpr_core.description.chain import ChainElement, ChainRod, Link, Shift, Turn
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.description.motors import Drive
 from cpr_core.lie import rotation_exp
 from cpr_core.rods.rod import StrainModes
 from helpers.yaml_content import yaml_content
@@ -62,20 +63,20 @@ _SHIPPED = load_robot("six_rfs").description.legs[0].rod
 def _rod(length=0.6, counts=(1, 2, 3), stiffer=1.0, motor=None):
     modulus = stiffer * _SHIPPED.young_modulus, stiffer * _SHIPPED.shear_modulus
     described = replace(_SHIPPED, length=length, young_modulus=modulus[0], shear_modulus=modulus[1])
-    return ChainRod(described, StrainModes(counts), motor)
+    return ChainRod(described, StrainModes(counts), Drive(motor))
 
 
-_MOTOR = Turn(_TILTED, "motor")
+_MOTOR = Turn(_TILTED, Drive("motor"))
 #: Every element behind a motor and before a rod; then several of them, and more rods.
 CHAINS = {
     "motor": [_MOTOR, _rod()],
     "nothing but a rod": [_rod()],
-    "zero and ratio": [replace(_MOTOR, ratio=-2.5, zero=0.4), _rod()],
-    "sprung motor": [_MOTOR, Turn(_TILTED, None, stiffness=3.0, rest=0.2), _rod()],
+    "zero and ratio": [Turn(_TILTED, Drive("motor", -2.5, 0.4)), _rod()],
+    "sprung motor": [_MOTOR, Turn(_TILTED, stiffness=3.0, rest=0.2), _rod()],
     "passive turn": [_MOTOR, Turn(_ACROSS), _rod()],
-    "passive shift": [_MOTOR, Shift(_ACROSS, None, zero=0.1), _rod()],
-    "sprung shift": [_MOTOR, Shift(_ACROSS, None, stiffness=40.0, rest=-0.1), _rod()],
-    "driven shift": [Shift(_TILTED, "motor", zero=0.2), _rod()],
+    "passive shift": [_MOTOR, Shift(_ACROSS, Drive(zero=0.1)), _rod()],
+    "sprung shift": [_MOTOR, Shift(_ACROSS, stiffness=40.0, rest=-0.1), _rod()],
+    "driven shift": [Shift(_TILTED, Drive("motor", zero=0.2)), _rod()],
     "hub": [_MOTOR, Link((0.03, 0.02, -0.01)), _rod()],
     "bent hub": [_MOTOR, Link((0.03, 0.02, -0.01), _BENT), _rod()],
     "heavy hub": [_MOTOR, Link((0.03, 0.02, -0.01), _BENT, 0.2, (0.01, 0.03, 0.02)), _rod()],
@@ -88,15 +89,15 @@ CHAINS = {
         Link((0.1, 0.0, 0.0), _BENT, 0.1),
         _rod(0.4, (1, 1, 2), 2.0),
     ],
-    "joint between rods": [_MOTOR, _rod(0.3), Turn(_ACROSS, None, stiffness=0.5), _rod(0.4)],
+    "joint between rods": [_MOTOR, _rod(0.3), Turn(_ACROSS, stiffness=0.5), _rod(0.4)],
     "joint behind the rod": [_MOTOR, _rod(), Turn(_ACROSS), Link((0.05, 0.0, 0.0))],
-    "motor at the far end": [_rod(), Turn(_ACROSS, "motor"), Link((0.05, 0.0, 0.02))],
-    "two motors": [_MOTOR, Turn(_ACROSS, "second motor"), _rod()],
-    "one motor twice": [_MOTOR, _rod(0.4), Turn(_ACROSS, "motor", ratio=-0.5), _rod(0.3)],
+    "motor at the far end": [_rod(), Turn(_ACROSS, Drive("motor")), Link((0.05, 0.0, 0.02))],
+    "two motors": [_MOTOR, Turn(_ACROSS, Drive("second motor")), _rod()],
+    "one motor twice": [_MOTOR, _rod(0.4), Turn(_ACROSS, Drive("motor", -0.5)), _rod(0.3)],
     "fed behind a joint": [Turn(_ACROSS), _rod(0.6, (1, 2, 2), 1.0, "motor")],
     "fed by a roller": [
         Turn(_ACROSS),
-        replace(_rod(0.6, (1, 2, 2), 1.0, "motor"), zero=0.7, ratio=-0.5, screw=True),
+        replace(_rod(0.6, (1, 2, 2)), drive=Drive("motor", -0.5, 0.7, screw=True)),
     ],
     "fed and turned": [
         _MOTOR,
@@ -111,9 +112,9 @@ CHAINS = {
         Turn(_TILTED),
     ],
     "crank and universal": [
-        Turn((0.0, -1.0, 0.0), "motor"),
+        Turn((0.0, -1.0, 0.0), Drive("motor")),
         Link((0.1, 0.0, 0.0), np.eye(3), 0.02, (0.05, 0.0, 0.0)),
-        Turn(_Y, None, stiffness=0.1, rest=0.2),
+        Turn(_Y, stiffness=0.1, rest=0.2),
         Turn(_Z),
         _rod(0.4),
         Link((0.02, 0.0, 0.0), np.eye(3), 0.005),
@@ -133,7 +134,8 @@ def _named(element: Any, leg: Any, shared: bool) -> ChainElement:
     motor = getattr(element, "motor", None)
     if motor is None:
         return element
-    return replace(element, motor=motor if shared else f"{motor} of {leg.name}")
+    name = motor if shared else f"{motor} of {leg.name}"
+    return replace(element, drive=replace(element.drive, motor=name))
 
 
 def robot_of(chains: Sequence[str], tip: str = "spherical", shared: bool = False) -> Robot:

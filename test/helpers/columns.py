@@ -26,7 +26,6 @@ def column(motor, joint, *, planar=True, modes=8, robot=Robot, before=(), behind
     tip = LENGTH + sum(link.offset[0] for link in links)
     leg = LegDescription(
         name="leg1",
-        motor_name=None,
         rod=ROD,
         modes=StrainModes(counts),
         base_position=np.zeros(3),

@@ -24,7 +24,7 @@ from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.description_schema import description_schema
 from cpr_core.description.joints import JOINTS, Fixed, Joint
 from cpr_core.description.loads import Loads
-from cpr_core.description.motors import MOTORS, Motor
+from cpr_core.description.motors import MOTORS, UNDRIVEN, Drive, Motor
 from cpr_core.description_part import Part, field, triple
 from cpr_core.lie import rotation_exp
 from cpr_core.model.model_state import evaluate
@@ -332,7 +332,7 @@ def test_the_kernels_hold_the_base_where_its_pose_says(
     leg = replace(
         description.legs[0],
         motor=motor,
-        motor_name="motor" if motor.actuated else None,
+        drive=Drive("motor") if motor.actuated else UNDRIVEN,
         joint=Fixed((0.1, -0.05, 0.0)),
         modes=StrainModes((0, 0, 3) if planar else (1, 2, 3)),
         base_position=np.array(place),

@@ -54,7 +54,7 @@ def test_a_name_of_two_motors_is_said_to_be_that_of_a_motor_at_its_leg():
 
 def test_limits_are_those_of_the_motor_they_are_given_for():
     robot = with_limits("rfrfr", {"position": [-1.5, 2.5], "effort": 3.0, "speed": 0.5})
-    first, second = (leg.limits for leg in robot.description.legs)
+    first, second = (leg.drive.limits for leg in robot.description.legs)
     assert (first.lower, first.upper, first.effort, first.speed) == (
         -float("inf"),
         float("inf"),
@@ -65,7 +65,8 @@ def test_limits_are_those_of_the_motor_they_are_given_for():
 
 
 def test_a_lower_limit_below_zero_is_fine_where_it_is_no_length():
-    assert with_limits("rfrfr", {"position": [-1.0, 1.0]}).description.legs[1].limits.lower == -1.0
+    robot = with_limits("rfrfr", {"position": [-1.0, 1.0]})
+    assert robot.description.legs[1].drive.limits.lower == -1.0
 
 
 def with_gear(kind, gear):

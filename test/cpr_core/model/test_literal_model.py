@@ -154,7 +154,7 @@ def test_residual_is_the_papers(motor, joint, seed):
             leg,
             motor=motor,
             joint=joint,
-            motor_name=leg.motor_name if motor.actuated else None,
+            drive=leg.drive if motor.actuated else motors.UNDRIVEN,
             modes=StrainModes((2, 4, 3)),
         )
         for leg in description.legs[:2]

@@ -54,7 +54,7 @@ def robot_of(planar, motor, tip, counts):
             leg,
             motor=motor,
             joint=tip,
-            motor_name=leg.motor_name if motor.actuated else None,
+            drive=leg.drive if motor.actuated else motors.UNDRIVEN,
             modes=StrainModes(counts),
         )
         for leg in description.legs[:2]

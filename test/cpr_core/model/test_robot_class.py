@@ -257,7 +257,9 @@ def test_motors_beyond_their_limits_are_refused():
         replace(
             robot.description,
             legs=tuple(
-                replace(leg, limits=replace(leg.limits, effort=0.48))
+                replace(
+                    leg, drive=replace(leg.drive, limits=replace(leg.drive.limits, effort=0.48))
+                )
                 for leg in robot.description.legs
             ),
         )

@@ -23,7 +23,8 @@ def robots():
     """RFRFR without and with zeros of its motors, at the same home."""
     plain = load_robot("rfrfr").description
     legs = tuple(
-        replace(leg, offset=offset) for leg, offset in zip(plain.legs, OFFSETS, strict=True)
+        replace(leg, drive=replace(leg.drive, zero=offset))
+        for leg, offset in zip(plain.legs, OFFSETS, strict=True)
     )
     home = replace(plain.home, motors=plain.home.motors - OFFSETS)
     return Robot(plain), Robot(replace(plain, legs=legs, home=home))

@@ -134,7 +134,7 @@ def test_a_way_in_many_steps_is_the_way_in_one():
     found = continued(start, start.robot.with_parameters(values))
     assert_allclose(found.platform_position, step.platform_position, rtol=0.0, atol=1e-9)
     middle = module.between(start.robot.description, found.robot.description, 0.5)
-    assert middle.legs[2].offset == 0.2
+    assert middle.legs[2].drive.zero == 0.2
     assert_allclose(middle.center_of_mass, [0.025, 0.0, 0.0])
 
 

@@ -144,7 +144,7 @@ def test_inverse_singularities_on_the_way_of_motors_are_events_where_they_are_as
 
 def test_limits_stop_a_trajectory_where_they_are_passed():
     robot = load_robot("gough_stewart")
-    lower = robot.description.legs[0].limits.lower
+    lower = robot.description.legs[0].drive.limits.lower
     rows = np.tile(solve_home(robot).motors, (60, 1))
     rows[:, 0] = np.linspace(solve_home(robot).motors[0], lower - 0.01, 60)
     found = trace_through(robot, motors=rows)

@@ -70,6 +70,25 @@ def test_maps_of_versions_that_knew_less_or_told_more_are_read():
         assert not is_robot(robot, json.dumps({k: v for k, v in content.items() if k != name}))
 
 
+def _before_drives(stored):
+    """Fields of a drive beside those of what it moves."""
+    if "drive" not in stored:
+        return stored
+    drive = stored.pop("drive")
+    if "motor" in stored:  # a leg
+        own = {"motor_name": drive["motor"], "offset": drive["zero"], "limits": drive["limits"]}
+    else:
+        own = {name: value for name, value in drive.items() if name != "type"}
+    return stored | own
+
+
+def test_maps_of_versions_without_drives_are_read(robot):
+    older = json.dumps(json.loads(robot_as_json(robot), object_hook=_before_drives))
+    assert "drive" not in older and "motor_name" in older
+    assert is_robot(robot, older)
+    assert not is_robot(robot, re.sub(r'"speed": [^,]+', '"speed": 7.25', older))
+
+
 def test_loads_are_those_that_were_stored():
     push = Loads.none().with_(points=[PointForce("leg1", 0.5, [0.0, 1.0, 0.0])])
     assert is_same(push, as_json(push))
