@@ -25,7 +25,7 @@ from ..solving.not_reached import NotReached
 from ..solving.solve_from import solve_from
 from ..solving.targets import MotorTarget
 from .doubts import unit_doubt
-from .measurements import Drive, Measurement, driven_by
+from .measurements import DrivenBy, Measurement, driven_by
 
 __all__ = ["first_equilibria", "followed"]
 
@@ -97,7 +97,7 @@ def _solved(known: Sequence[Equilibrium], row: Measurement) -> Equilibrium:
         return solve_from(known[0], drive.problem, drive.values, loads=loads)
 
 
-def _distance(equilibrium: Equilibrium, drive: Drive) -> float:
+def _distance(equilibrium: Equilibrium, drive: DrivenBy) -> float:
     """How far an equilibrium is from what drives another one, in what that is measured in."""
     own: Floats = getattr(equilibrium, drive.problem)
     return float(np.linalg.norm(own - drive.values))

@@ -25,7 +25,7 @@ from ..validation import cached_property, checked_number, checked_word, read_onl
 __all__ = [
     "LARGEST_DEVIATION",
     "SMALLEST_DEVIATION",
-    "Drive",
+    "DrivenBy",
     "Frame",
     "Measurement",
     "StandardDeviations",
@@ -250,7 +250,7 @@ def _changed(row: Measurement, **fields: Any) -> Measurement:
     return copied
 
 
-class Drive(NamedTuple):
+class DrivenBy(NamedTuple):
     """What an equilibrium follows from.
 
     Attributes:
@@ -262,20 +262,20 @@ class Drive(NamedTuple):
     values: Floats
 
 
-def driven_by(robot: Robot, row: Measurement) -> Drive:
+def driven_by(robot: Robot, row: Measurement) -> DrivenBy:
     """What of a row its equilibrium follows from.
 
     Raises:
         InvalidRequest: Nothing does.
     """
     if row.motors is not None and np.isfinite(row.motors).all():
-        return Drive("motors", row.motors)
+        return DrivenBy("motors", row.motors)
     if robot.description.controlled and not robot.redundancy and row.frame == "world":
         pose = _pose(robot, row)
         if np.isfinite(pose).all():
-            return Drive("pose", pose)
+            return DrivenBy("pose", pose)
     if row.efforts is not None and np.isfinite(row.efforts).all():
-        return Drive("efforts", row.efforts)
+        return DrivenBy("efforts", row.efforts)
     problem = "expected all motors, else all controlled coordinates, else all efforts"
     if row.frame == "tracker":
         problem = "expected all motors, else all efforts: a pose in the tracker's frame drives none"
