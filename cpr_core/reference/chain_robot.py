@@ -17,7 +17,7 @@ from ..description.chain import ChainElement, ChainJoint, ChainRod, Link, Shift,
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..model.robot import Robot
-from .rod_integration import RodProperties, RodTables
+from .rod_integration import RodProperties, RodTables, UniformProperties
 from .shooting_method import TABLEAUS, ShootingMethod
 
 __all__ = ["ChainRobot", "FedRod", "LegModel", "RodModel", "RodPart", "chain_robot"]
@@ -186,9 +186,8 @@ def _rod_model(
             force = force + np.column_stack(columns)
         return force
 
-    properties = RodProperties(
-        lambda sigma: 1.0 / rod.rigidities_at(sigma), rod.rest_curvature_at, force_at
-    )
+    kind = UniformProperties if rod.uniform and not distributed else RodProperties
+    properties = kind(lambda sigma: 1.0 / rod.rigidities_at(sigma), rod.rest_curvature_at, force_at)
     kinks = {0.0, 1.0, *cuts, *(point.at for point in points)}
     if not rod.profile.uniform:
         kinks |= {*rod.profile.at.tolist()}

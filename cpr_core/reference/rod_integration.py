@@ -27,6 +27,7 @@ __all__ = [
     "RodTrajectory",
     "Start",
     "Tableau",
+    "UniformProperties",
     "force",
     "frame",
     "integrate",
@@ -100,7 +101,7 @@ class RodTables(NamedTuple):
     tableau: Tableau
 
 
-class _Uniform(RodProperties):
+class UniformProperties(RodProperties):
     """A rod that is the same all along; no function has to be asked everywhere."""
 
     def tables(self, begin: float, end: float, steps: int, tableau: Tableau) -> RodTables:
@@ -130,7 +131,7 @@ def uniform(rigidities: ArrayLike, distributed: ArrayLike) -> RodProperties:
         distributed: Force per length, fixed in the world, (3,) [N/m].
     """
     compliance, force = 1.0 / np.array(rigidities, float), np.array(distributed, float)
-    return _Uniform(
+    return UniformProperties(
         lambda sigma: np.full((len(sigma), 3), compliance),
         lambda sigma: np.zeros((len(sigma), 3)),
         lambda sigma: np.full((len(sigma), 3), force),
