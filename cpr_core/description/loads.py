@@ -237,12 +237,14 @@ class Loads:
             InvalidRequest: No number.
             NonFiniteInput: A NaN or an infinity.
         """
-        factor = checked_number("factor", factor)
-        return Loads(
-            **{name: factor * getattr(self, name) for name in _VECTORS},
-            distributed=tuple(replace(f, force=factor * f.force) for f in self.distributed),
-            points=tuple(replace(f, force=factor * f.force) for f in self.points),
-        )
+        return Loads(**self._times(checked_number("factor", factor)))
+
+    def _times(self, factor: float) -> dict[str, Any]:
+        """All parts times a factor, by attribute."""
+        parts: dict[str, Any] = {name: factor * getattr(self, name) for name in _VECTORS}
+        for name in ("distributed", "points"):
+            parts[name] = tuple(replace(f, force=factor * f.force) for f in getattr(self, name))
+        return parts
 
     def toward(self, target: Loads, fraction: float) -> Loads:
         """Loads part of the way to others; forces on rods are those of both, weighed.
@@ -258,9 +260,8 @@ class Loads:
             return self
         if fraction == 1.0:
             return target
-        mine, theirs = self.scaled(1.0 - fraction), target.scaled(fraction)
-        names = [field.name for field in fields(self)]
-        return Loads(**{name: getattr(mine, name) + getattr(theirs, name) for name in names})
+        mine, theirs = self._times(1.0 - fraction), target._times(fraction)
+        return Loads(**{name: mine[name] + theirs[name] for name in mine})
 
     def differences(self, other: Loads) -> tuple[str, ...]:
         """Names of the attributes in which others differ; empty where they are the same."""
