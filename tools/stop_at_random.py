@@ -165,6 +165,8 @@ def left_behind(file: Path) -> bool:
     Processes of other domains may use one of a node here: the ports 7000 and above, which every domain
     shares, go from a participant that has ended to the next one, and with them what others still send.
     """
+    if not file.exists():  # as most: nobody has to be asked
+        return False
     used = any(str(file) in maps for maps in map(_mapped, Path("/proc").glob("[0-9]*")))
     return not used and file.exists()  # who ends takes it away first
 
