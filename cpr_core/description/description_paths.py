@@ -38,7 +38,9 @@ def numbers_in(content: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(content, Mapping):
         for name, value in content.items():
             yield from numbers_in(value, path_below(path, name))
-    elif isinstance(content, list | tuple | np.ndarray):
+    elif isinstance(content, np.ndarray):
+        yield from numbers_in(content.tolist(), path)  # one without dimensions is a number
+    elif isinstance(content, list | tuple):
         for number, value in enumerate(content):
             yield from numbers_in(value, path_below(path, number))
     elif is_number(content):

@@ -56,8 +56,9 @@ def _with_drive(stored: dict[str, Any]) -> dict[str, Any]:
     if kind in (None, Drive.__name__) or not {"motor_name", "zero"} & stored.keys():
         return stored
     drive = {new: stored.pop(old) for old, new in names.items() if old in stored}
-    moved = drive if drive.get("motor") is not None else {}
-    return stored | {"drive": {"type": Drive.__name__, **moved}}
+    if drive.get("motor") is None:  # a passive base, or a rod of fixed length: limits of no motor
+        drive.pop("limits", None)
+    return stored | {"drive": {"type": Drive.__name__, **drive}}
 
 
 def _plain(value: Any) -> Any:

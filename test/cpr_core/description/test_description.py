@@ -340,6 +340,14 @@ def test_numbers_that_are_not_finite_are_refused_in_files(file, word):
     refused(path, "rod.section.radius", "expected a finite number")
 
 
+def test_arrays_that_are_no_numbers_of_yaml_are_refused(rfrfr):
+    """Numbers of files for arrays come as arrays without dimensions."""
+    for value in (np.array(0.5), np.array([0.5]), np.array("long")):
+        rfrfr["rod"]["length"] = value
+        with pytest.raises(DescriptionError, match=r"rod\.length: expected number, got array"):
+            load_robot(rfrfr)
+
+
 def test_nan_of_numpy_is_refused_too(rfrfr):
     put(rfrfr, ("rod", "density"), np.float32("nan"))
     with pytest.raises(DescriptionError, match=r"rod\.density"):

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.chain_robots import CHAINS, robot_of
 from helpers.parameter_kinds import parameter_kinds
 from helpers.yaml_content import yaml_content
 
@@ -87,6 +88,16 @@ def test_maps_of_versions_without_drives_are_read(robot):
     assert "drive" not in older and "motor_name" in older
     assert is_robot(robot, older)
     assert not is_robot(robot, re.sub(r'"speed": [^,]+', '"speed": 7.25', older))
+
+
+@pytest.mark.parametrize("kind", CHAINS)
+def test_nor_is_anything_of_a_chain_lost(kind):
+    """Also not where a joint is that no motor moves."""
+    robot = robot_of((kind, *("motor",) * 5))
+    older = json.dumps(json.loads(robot_as_json(robot), object_hook=_before_drives))
+    assert is_robot(robot, older)
+    if '"zero": 0.1' in older:
+        assert not is_robot(robot, older.replace('"zero": 0.1', '"zero": 0.0'))
 
 
 def test_loads_are_those_that_were_stored():
