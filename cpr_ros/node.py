@@ -11,7 +11,6 @@ import time
 import traceback
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 import rclpy
@@ -39,6 +38,7 @@ from .operation.session import Session
 from .operation.starting_place import HELD
 from .process.giving_way import GivingWay
 from .process.in_pieces import InPieces
+from .process.parts import Parts
 from .process.periodic import Periodic
 from .process.stop_signal import Stopped, StopSignal
 from .process.ticking import Ticking
@@ -58,17 +58,6 @@ _FILE_RATE = 1.0
 _GIVING_WAY, _GIVING_WAY_AFTER_PAUSE = 2e-4, 5e-4
 #: Part of a tick that it gives way at most.
 _MOST_OF_TICK = 0.1
-
-
-class _Part(Protocol):
-    """What the thread that spins does besides calling back."""
-
-    @property
-    def due(self) -> float:
-        """Steady time at which to look [s]; infinite while nothing is to be done."""
-
-    def look(self, now: float) -> None:
-        """Do it, if it is time to; asked as well whenever something may have come."""
 
 
 class CprNode(LifecycleNode):
@@ -154,25 +143,31 @@ class CprNode(LifecycleNode):
         """Have this robot, or none."""
         self._session = session
         looking = () if session is None else (BetweenTicks(session, self._ticking),)
-        #: In the order in which they are looked after.
-        self._parts: tuple[_Part, ...] = (
-            self._ticking,
-            self._streams,
-            self._health,
-            self._late_clients,
-            self._waiting,
-            *looking,
-            self._telling,
+        self._parts = Parts(
+            (
+                self._ticking,
+                self._streams,
+                self._health,
+                self._late_clients,
+                self._waiting,
+                *looking,
+                self._telling,
+            ),
+            self.log_exception,
         )
 
     def do_what_is_due(self) -> None:
         """Tick and publish; whoever spins calls it after every callback, and when something is due."""
-        for part in self._parts:
-            part.look(time.monotonic())
+        self._parts.look()
+
+    def log_exception(self) -> None:
+        """Tell what was raised just now, which is not to end the node."""
+        if rclpy.ok():
+            self.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
 
     def until_due(self) -> float:
         """Time until something is due [s]."""
-        return max(0.0, min(part.due for part in self._parts) - time.monotonic())
+        return max(0.0, self._parts.due - time.monotonic())
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the robot, find its home and compile the kernels."""

@@ -83,7 +83,7 @@ def _light_executor() -> Executor:
 
 
 def _spin(node: CprNode, executor: Executor, stop: StopSignal) -> None:
-    """Spin until a signal comes; neither a message of a client nor what is due may end the node."""
+    """Spin until a signal comes; no message of a client may end the node."""
     while rclpy.ok() and not stop.requested:
         try:
             executor.spin_once(timeout_sec=min(0.1, node.until_due()))
@@ -91,5 +91,4 @@ def _spin(node: CprNode, executor: Executor, stop: StopSignal) -> None:
         except ExternalShutdownException:
             return
         except Exception:  # rclpy raises for malformed parameter messages, for one
-            if rclpy.ok():
-                node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
+            node.log_exception()

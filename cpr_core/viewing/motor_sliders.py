@@ -87,6 +87,18 @@ class MotorSliders:
         """A motor was sent somewhere: its slider is there until it has come, and others move it on."""
         self._sliders[number].expect(position)
 
+    def sent(self, number: int) -> None:
+        """What a slider asked for is on its way to the robot only now."""
+        self._sliders[number].sent_at = time.monotonic()
+
+    def rest(self) -> None:
+        """The robot goes nowhere: nobody expects motors any more that were sent somewhere before.
+
+        Not where that was a moment ago: the robot may not have known it yet.
+        """
+        for slider in self._sliders:
+            slider.rest()
+
     def forget(self) -> None:
         """Nobody has asked for where they are: `show` puts all of them where the motors are."""
         for slider in self._sliders:
@@ -109,6 +121,7 @@ class _MotorSlider:
     Attributes:
         handle: That of the page.
         done: Where its last request, which was done, wanted it.
+        sent_at: When its motor was sent somewhere [s].
     """
 
     def __init__(
@@ -125,9 +138,9 @@ class _MotorSlider:
         self._heard, self._typing = 0, False
         #: When a hand has moved it [s].
         self._dragged = -math.inf
-        #: Where the motor was sent, when [s], and how near it has come since.
+        #: Where the motor was sent, and how near it has come since.
         self._sent: float | None = None
-        self._sent_at, self._nearest = -math.inf, math.inf
+        self.sent_at, self._nearest = -math.inf, math.inf
 
         async def tell(event: Any) -> None:
             if event.client_id is not None:  # else the page itself has put it there
@@ -179,7 +192,7 @@ class _MotorSlider:
         if not handle.min - reach <= at <= handle.max + reach:
             self._sent = None
             return
-        self._sent, self._sent_at, self._nearest = at, time.monotonic(), math.inf
+        self._sent, self.sent_at, self._nearest = at, time.monotonic(), math.inf
         self.put(at)
 
     def expects(self, at: float) -> bool:
@@ -191,10 +204,18 @@ class _MotorSlider:
             return False
         left = abs(at - self._sent)
         self._nearest = min(self._nearest, left)
-        begun = time.monotonic() - self._sent_at >= _SETTING_OFF
-        if begun and left > self._nearest + self.handle.step:
+        if self._has_set_off and left > self._nearest + self.handle.step:
             self._sent = None
         return self._sent is not None
+
+    def rest(self) -> None:
+        """Its motor is not on its way, if it can have set off."""
+        if self._has_set_off:
+            self._sent = None
+
+    @property
+    def _has_set_off(self) -> bool:
+        return time.monotonic() - self.sent_at >= _SETTING_OFF
 
     def put(self, at: float) -> None:
         """Put it where the motor is."""

@@ -62,16 +62,23 @@ class NodePage:
         self._action_bar = gui.add_progress_bar(100.0, color="gray")
         self._words = gui.add_markdown("")
         self._others = gui.add_markdown("")
+        # One is seen at a time. A single button whose words change would do the contrary of what was
+        # read on it where two press it, or the node is gone meanwhile.
         self._take: Any = gui.add_button("take control")
+        self._give: Any = gui.add_button("give control back", visible=False)
         self._plot: Any = None
         self._bars: Any = None
         self._parts: list[Any] = []
         self._aimed = self._controlled = False
 
         async def taken(_: Any) -> None:
-            self._control.switch()
+            self._control.take()
+
+        async def given_back(_: Any) -> None:
+            self._control.give_back()
 
         self._take.on_click(taken)
+        self._give.on_click(given_back)
 
     @property
     def address(self) -> str:
@@ -132,14 +139,17 @@ class NodePage:
             self._sliders.forget()  # moved before, they would be a step away from where nobody sent it
         self._sliders.show(motors)
 
-    def show_stability(self, action: int, text: str, bars: Sequence[Bar]) -> None:
+    def show_stability(self, action: int, text: str, bars: Sequence[Bar], under_way: bool) -> None:
         """What a supervisor is told.
 
         Args:
             action: 0 none, 1 slow down, 2 halt.
             text: Why.
             bars: Measures with thresholds.
+            under_way: Whether motors are to go where they were sent, at once or later.
         """
+        if self._robot is not None and not under_way and not self._control.asks:
+            self._sliders.rest()
         name, color = _ACTIONS[action]
         _set(self._action_text, "content", f"**{name}** {as_plain(text)}")
         _set(self._action_bar, "color", color)
@@ -156,7 +166,8 @@ class NodePage:
             if self._bars is not None:
                 self._bars.show([])
             self._give_back("the node is gone")
-        _set(self._take, "label", "give control back" if self.in_control else "take control")
+        _set(self._take, "visible", not self.in_control)
+        _set(self._give, "visible", self.in_control)
 
     def show_others(self, names: Sequence[str]) -> None:
         """Who else can send setpoints."""
@@ -189,7 +200,10 @@ class NodePage:
 
     def take_asked(self) -> dict[int, float]:
         """Motor positions that were asked for since, by number of the motor."""
-        return self._control.take_asked()
+        asked = self._control.take_asked()
+        for number in asked:
+            self._sliders.sent(number)
+        return asked
 
     def close(self) -> None:
         """Close the page."""

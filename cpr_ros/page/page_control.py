@@ -24,11 +24,15 @@ class PageControl:
         """Whether setpoints are sent."""
         return self._taken
 
-    def switch(self) -> None:
-        """Take control, or give it back."""
+    @property
+    def asks(self) -> bool:
+        """Whether anything was asked for that is not taken yet."""
+        return bool(self._asked)
+
+    def take(self) -> None:
+        """Somebody is in control from now on; who was before still is."""
         with self._lock:
-            self._taken = not self._taken
-            self._asked.clear()
+            self._taken = True
 
     def give_back(self) -> bool:
         """Nobody is in control from now on; returns whether somebody was."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 import traceback
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -34,6 +35,12 @@ __all__ = ["ViewNode"]
 
 #: Pictures a second, plots and names of others a second.
 _RATE, _SLOW_RATE = 30.0, 2.0
+#: States in which the node has a setpoint ahead, and goes there or waits to.
+_UNDER_WAY = (
+    StabilityMetrics.STATE_FOLLOWING,
+    StabilityMetrics.STATE_HALTED,
+    StabilityMetrics.STATE_ALIGNING,
+)
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -123,7 +130,8 @@ class ViewNode(Node):
         """Show the newest of everything, and send what was asked for."""
         self.page.show_presence(self._presence.seen(time.monotonic()))
         if (message := self._newest.pop("stability", None)) is not None:
-            self.page.show_stability(message.action, _words(message), _bars(message))
+            under_way = message.state in _UNDER_WAY
+            self.page.show_stability(message.action, _words(message), _bars(message), under_way)
         self._send()
         motors = self._newest.get("motors")
         if self._robot is None or motors is None:
@@ -167,15 +175,17 @@ class ViewNode(Node):
             self.page.say(f"sent: {moved}")
 
     def _others(self) -> list[str]:
-        """Other nodes that publish on a topic of setpoints."""
-        own = (self.get_namespace(), self.get_name())
-        found = {
-            f"{info.node_namespace.rstrip('/')}/{info.node_name} ({topic})"
+        """Who else publishes on a topic of setpoints; another page has the name of this one."""
+        found = Counter(
+            (f"{info.node_namespace.rstrip('/')}/{info.node_name}", topic)
             for topic in SETPOINTS
             for info in self.get_publishers_info_by_topic(f"{self._watched}/{topic}")
-            if (info.node_namespace, info.node_name) != own
-        }
-        return sorted(found)
+        )
+        own = self.get_fully_qualified_name()
+        found[own, MOTOR_SETPOINT] -= self._setpoint is not None
+        return sorted(
+            f"{name} ({topic}{', another page' if name == own else ''})" for name, topic in +found
+        )
 
 
 def _words(message: StabilityMetrics) -> str:

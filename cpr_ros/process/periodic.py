@@ -30,6 +30,10 @@ class _Stream:
     wanted: Callable[[float], bool]
     due: float
 
+    def due_after(self, passed: float) -> None:
+        """Be due at the first whole period after a time [s]."""
+        self.due = (math.floor(passed / self.period) + 1) * self.period
+
 
 class Periodic:
     """Calls at rates. All begin together, so that those of related rates come together.
@@ -73,12 +77,11 @@ class Periodic:
         passed = now - self._begin
         for stream in self._streams:
             if stream.due <= passed:
-                wanted = stream.wanted(now)
-                # What nobody wants is looked at together, with one waking up.
-                soonest = passed if wanted else LOOK * (math.floor(passed / LOOK) + 1) - _NOTHING
-                stream.due = (math.floor(soonest / stream.period) + 1) * stream.period
-                if wanted:
+                stream.due_after(passed)
+                if stream.wanted(now):
                     stream.say()
+                else:  # what nobody wants is looked at together, with one waking up
+                    stream.due_after(LOOK * (math.floor(passed / LOOK) + 1) - _NOTHING)
         self._find_due()
 
     def _find_due(self) -> None:

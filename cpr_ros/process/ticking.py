@@ -81,6 +81,8 @@ class Ticking:
         self.late += lateness > self._period
         on_time = -math.inf < lateness <= JITTER * self._period
         self.due = (self.due if on_time else now) + self._period
-        self._tick(now)
-        end = self._clock()
-        self.due = max(self.due, end + _BREATHER * (end - now))
+        try:
+            self._tick(now)
+        finally:
+            end = self._clock()
+            self.due = max(self.due, end + _BREATHER * (end - now))

@@ -208,6 +208,35 @@ def test_so_does_one_that_never_came(sliders):
         assert slider.value == at
 
 
+def test_so_does_one_of_a_robot_that_goes_nowhere(sliders, monkeypatch):
+    """Its setpoint was forgotten on the way, by a pause say: the next key sent it on to there."""
+    made, slider, _, _ = sliders
+    made.expect(0, 3.0)
+    made.rest()  # told before the robot knew
+    made.show([2.8, 0.55])
+    assert slider.value == 3.0
+    monkeypatch.setattr(motor_sliders, "_SETTING_OFF", 0.0)
+    made.show([2.8, 0.55])
+    assert slider.value == 3.0
+    made.rest()
+    made.show([2.8, 0.55])
+    assert slider.value == 2.8
+
+
+def test_a_motor_sets_off_when_its_request_has_left(sliders, monkeypatch):
+    """It waits until somebody hears it."""
+    made, slider, _, _ = sliders
+    monkeypatch.setattr(motor_sliders.time, "monotonic", lambda: now)
+    now = 10.0
+    made.expect(0, 3.0)
+    now = 20.0
+    made.sent(0)
+    now = 20.4
+    made.rest()
+    made.show([2.6, 0.55])
+    assert slider.value == 3.0
+
+
 def test_a_motor_that_goes_on_to_where_it_was_sent_before_leaves_the_hand_its_slider(sliders):
     """A hand that turned back lost it to the next picture."""
     made, slider, moved, _ = sliders

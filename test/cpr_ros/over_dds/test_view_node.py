@@ -362,7 +362,7 @@ def test_a_slider_that_was_moved_before_is_no_step_away_from_where_nobody_sent_i
     page.show_motors(home)
     slider = page._sliders._sliders[0].handle
     slider.value = 5.0  # by somebody, a moment before
-    page._control.switch()
+    page._control.take()
     page.show_motors(home)
     assert slider.value == home[0]
     monkeypatch.setattr(motor_sliders, "_SETTING_OFF", 0.0)
@@ -371,14 +371,64 @@ def test_a_slider_that_was_moved_before_is_no_step_away_from_where_nobody_sent_i
         page.show_motors([at, home[1]])
         assert slider.value == expected
     page._slid(0, 3.0)
-    page._control.switch()
+    page._control.give_back()
     page.show_motors(home)
     assert slider.value == home[0]
 
 
+def test_a_slider_whose_setpoint_was_forgotten_goes_back_to_its_motor(shown, monkeypatch):
+    """After a pause, or a hold, the next key sent the robot on, all the way."""
+    monkeypatch.setattr(motor_sliders, "_SETTING_OFF", 0.0)
+    page, robot = shown.page, cpr_core.load_robot("rfrfr")
+    home = cpr_core.solve_home(robot).motors.tolist()
+    page.show_robot(robot, home)
+    page._control.take()
+    page.show_motors(home)
+    slider = page._sliders._sliders[0].handle
+
+    def shown_at(state):
+        shown._newest |= {"stability": StabilityMetrics(margin=0.9, state=state), "motors": home}
+        shown._draw()
+        page.show_motors(home)
+        return slider.value
+
+    for over in (
+        StabilityMetrics.STATE_IDLE,
+        StabilityMetrics.STATE_PAUSED,
+        StabilityMetrics.STATE_STALE,
+        StabilityMetrics.STATE_RETURNING,
+    ):
+        page._slid(0, 3.0)
+        assert shown_at(over) == 3.0  # not sent yet
+        page.take_asked()
+        for waits in (
+            StabilityMetrics.STATE_FOLLOWING,
+            StabilityMetrics.STATE_HALTED,
+            StabilityMetrics.STATE_ALIGNING,
+        ):
+            assert shown_at(waits) == 3.0
+        assert shown_at(over) == home[0]
+
+
+def test_another_page_is_named_and_this_one_is_not(shown):
+    """Each said that setpoints come from nobody else."""
+    other = rclpy.create_node("cpr_view")
+    topic = MOTOR_SETPOINT.rpartition("/")[2]
+    setpoints = other.create_publisher(JointState, MOTOR_SETPOINT, 10)
+    assert shown._others() == [f"/cpr_view ({topic}, another page)"]
+    shown._robot = cpr_core.load_robot("rfrfr")
+    shown.page._control.take()
+    shown._send()
+    assert shown._setpoint is not None
+    assert shown._others() == [f"/cpr_view ({topic}, another page)"]
+    other.destroy_publisher(setpoints)
+    assert shown._others() == []
+    other.destroy_node()
+
+
 def test_control_that_was_taken_before_there_was_a_robot_is_kept(shown):
     """It was given back, as another robot had come."""
-    shown.page._control.switch()
+    shown.page._control.take()
     for name, kept in (("rfrfr", True), ("six_rfs", False)):
         shown._hear_description(String(data=cpr_core.load_robot(name).description.text))
         assert shown.page.in_control == kept
@@ -412,7 +462,7 @@ def test_control_is_kept_while_the_page_is_held_up(shown, monkeypatch):
     executor.add_node(shown)
 
     until_told(shown, executor, "is there", stability)
-    shown.page._control.switch()
+    shown.page._control.take()
     for _ in range(25):
         stability.publish(StabilityMetrics(margin=0.9))
         time.sleep(0.02)

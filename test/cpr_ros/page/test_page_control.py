@@ -12,7 +12,7 @@ from cpr_ros.page.page_control import PageControl
 def test_only_who_is_in_control_is_heard():
     control = PageControl()
     assert not control.ask(0, 1.0)
-    control.switch()
+    control.take()
     assert control.ask(0, 1.0)
     assert control.ask(1, 2.0)
     assert control.ask(0, 3.0)
@@ -22,13 +22,25 @@ def test_only_who_is_in_control_is_heard():
 
 def test_what_was_asked_ends_with_the_control():
     control = PageControl()
-    for end in (control.switch, control.give_back):
-        control.switch()
-        control.ask(0, 1.0)
-        end()
-        assert not control.taken
-        assert control.take_asked() == {}
+    control.take()
+    control.ask(0, 1.0)
+    assert control.asks
+    assert control.give_back()
+    assert not control.taken and not control.asks
+    assert control.take_asked() == {}
     assert not control.give_back()
+
+
+def test_who_takes_or_gives_back_what_another_has_taken_or_given_back_changes_nothing():
+    """Two that press one button: the second took control as both gave it back."""
+    control = PageControl()
+    for _ in range(2):
+        control.take()
+        assert control.ask(0, 1.0)
+    assert control.take_asked() == {0: 1.0}
+    for _ in range(2):
+        control.give_back()
+        assert not control.taken
 
 
 def test_nothing_is_lost_that_is_asked_while_something_is_taken():
@@ -40,7 +52,7 @@ def test_nothing_is_lost_that_is_asked_while_something_is_taken():
             return super().__hash__()
 
     control, taken = PageControl(), {}
-    control.switch()
+    control.take()
     asking = threading.Thread(
         target=lambda: [control.ask(Motor(number), 0.1 * number) for number in range(20)]
     )

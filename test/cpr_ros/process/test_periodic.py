@@ -49,15 +49,19 @@ def test_what_is_due_together_wakes_the_node_once():
     assert clock.woke == 500
 
 
-def test_what_fails_keeps_nothing_else_from_its_turns():
+@pytest.mark.parametrize("what", ["saying it", "asking who wants it"])
+def test_what_fails_keeps_nothing_else_from_its_turns(what):
     clock, failed = Clockwork(), []
     others = [clock.add(10.0), clock.add(20.0)]
 
-    def fail():
+    def fail(now=0.0):
         failed.append(clock.now - clock.begin)
         raise ValueError("singular")
 
-    clock.periodic.add(10.0, fail)
+    if what == "saying it":
+        clock.periodic.add(10.0, fail)
+    else:
+        clock.periodic.add(10.0, lambda: None, fail)
     others.append(clock.add(10.0))
     while clock.now < clock.begin + 1.05:
         with suppress(ValueError):

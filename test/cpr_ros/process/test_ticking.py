@@ -29,6 +29,10 @@ class Clockwork:
         self.work = max(0, self.work - 1)
         self.now += self.duration
 
+    def fail(self, now):
+        self._tick(now)
+        raise ValueError("singular")
+
     def come(self, work):
         """Something to do comes, for so many ticks."""
         self.work += work
@@ -122,6 +126,17 @@ def test_a_tick_that_takes_long_leaves_time_to_all_else_before_the_next(part):
         free.append(clock.ticking.due - clock.now)
     assert len(free) == 5
     assert min(free) >= 0.09 * clock.duration
+
+
+def test_so_does_one_that_fails():
+    """Its error ended the round, and the next tick was due in the next one: nothing else had a turn."""
+    clock = Clockwork(2.0 * PERIOD)
+    failing = Ticking(PERIOD, clock.fail, lambda: False, lambda: clock.now)
+    failing.start(0.0)
+    clock.now = PERIOD
+    with pytest.raises(ValueError, match="singular"):
+        failing.look(clock.now)
+    assert failing.due - clock.now >= 0.09 * clock.duration
 
 
 def test_ticks_that_leave_enough_time_come_every_period():
