@@ -24,8 +24,9 @@ __all__ = ["CONTROLLED_COORDINATES", "Coordinate", "meant_by", "numbers_of", "po
 
 Floats = NDArray[np.float64]
 
-#: Numbers of a coordinate by position (3,), rotation (3, 3) and quaternion w x y z of the platform.
-Reading = Callable[[Floats, Floats, Floats], Sequence[float]]
+#: Numbers of a coordinate by position (3,) and rotation (3, 3) of the platform, and what gives the
+#: quaternion w x y z, which is dear and asked for by those only who need it.
+Reading = Callable[[Floats, Floats, Callable[[], Floats]], Sequence[float]]
 
 _ANGLES, _QUATERNION = ("roll", "pitch", "yaw"), ("qw", "qx", "qy", "qz")
 
@@ -78,7 +79,9 @@ CONTROLLED_COORDINATES = {
     "y": Coordinate((4,), _ANY, ("y",), _position(1)),
     "z": Coordinate((5,), _SPATIAL, ("z",), _position(2)),
     "angle": Coordinate((2,), ("planar",), ("angle",), lambda _, turn, __: (turn_about_z(turn),)),
-    "orientation": Coordinate((0, 1, 2), _SPATIAL, _QUATERNION, lambda *place: place[2].tolist()),
+    "orientation": Coordinate(
+        (0, 1, 2), _SPATIAL, _QUATERNION, lambda _, __, quaternion: quaternion().tolist()
+    ),
     "roll": Coordinate((0,), _SPATIAL, ("roll",), _single_angle(0)),
     "pitch": Coordinate((1,), _SPATIAL, ("pitch",), _single_angle(1)),
     "yaw": Coordinate((2,), _SPATIAL, ("yaw",), _single_angle(2)),
@@ -92,7 +95,10 @@ def numbers_of(controlled: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def pose_of(
-    controlled: tuple[str, ...], position: Floats, rotation: Floats, quaternion: Floats
+    controlled: tuple[str, ...],
+    position: Floats,
+    rotation: Floats,
+    quaternion: Callable[[], Floats],
 ) -> Floats:
     """The numbers of some coordinates, in their order [m, rad].
 
@@ -100,7 +106,7 @@ def pose_of(
         controlled: Names of the coordinates.
         position: Of the platform, (3,) [m].
         rotation: Of the platform, (3, 3).
-        quaternion: The same w x y z, of either sign.
+        quaternion: Gives the same w x y z, of either sign.
     """
     numbers = list[float]()
     for name in controlled:

@@ -285,5 +285,7 @@ def driven_by(robot: Robot, row: Measurement) -> DrivenBy:
 def _pose(robot: Robot, row: Measurement) -> Floats:
     """The controlled coordinates of a row as the inverse problem takes them, NaN where not measured."""
     parts = (row.position, (3,)), (row.rotation, (3, 3)), (row.quaternion_wxyz, (4,))
-    known = (np.full(shape, math.nan) if part is None else part for part, shape in parts)
-    return pose_of(robot.description.controlled, *known)
+    position, rotation, quaternion = (
+        np.full(shape, math.nan) if part is None else part for part, shape in parts
+    )
+    return pose_of(robot.description.controlled, position, rotation, lambda: quaternion)

@@ -157,7 +157,7 @@ class Equilibrium(ModelState):
         """
         position, rotation = self.platform_position, self.platform_rotation
         controlled = self.robot.description.controlled
-        return pose_of(controlled, position, rotation, self.platform_quaternion)
+        return pose_of(controlled, position, rotation, lambda: self.platform_quaternion)
 
     @property
     def factors(self) -> Lanes:

@@ -142,8 +142,9 @@ class HandledRobot:
             place = checked_vector("platform", position, 3, "x y z, m")
         except CprError as error:
             return self._refuse(error, None)
-        placed = place, rotation, quaternion_from_rotation(rotation)
-        return self.move_pose(pose_of(self.robot.description.controlled, *placed), "platform")
+        controlled = self.robot.description.controlled
+        pose = pose_of(controlled, place, rotation, lambda: quaternion_from_rotation(rotation))
+        return self.move_pose(pose, "platform")
 
     def load(self, loads: Loads, hand: str = "loads") -> bool:
         """Let other loads act, motors held; whether they are borne."""

@@ -165,7 +165,7 @@ def controlled_pose(
                 f"{where}pose.orientation", "expected a rotation about z for a planar robot"
             )
     position, quaternion = map(np.array, pose)
-    return pose_of(controlled, position, rotation, quaternion)
+    return pose_of(controlled, position, rotation, lambda: quaternion)
 
 
 def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames, where: str = "") -> Loads:

@@ -19,7 +19,7 @@ POSITION = np.array([0.3, -0.2, 0.7])
 
 
 def read(name, position, rotation):
-    return pose_of((name,), position, rotation, quaternion_from_rotation(rotation))
+    return pose_of((name,), position, rotation, lambda: quaternion_from_rotation(rotation))
 
 
 @pytest.mark.parametrize("name", CONTROLLED_COORDINATES)
