@@ -27,6 +27,7 @@ from ..model.robot import Robot
 from .answer import Answer, written
 from .argument_types import new_file, picture
 from .path_commands import add_seed, progress_bar
+from .reports import finite
 
 __all__ = ["add_calibrate_options", "add_measure_options"]
 
@@ -209,10 +210,6 @@ def _plot(found: CalibrationResult, file: Path) -> None:
     plot_calibration(found, file)
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
 def _result_as_dict(found: CalibrationResult, files: list[str]) -> dict[str, Any]:
     """The answer as plain values, SI units."""
     return {
@@ -222,13 +219,13 @@ def _result_as_dict(found: CalibrationResult, files: list[str]) -> dict[str, Any
             path: {
                 "before": float(before),
                 "value": float(value),
-                "standard_deviation": _finite(deviation),
+                "standard_deviation": finite(deviation),
             }
             for path, before, value, deviation in zip(
                 found.parameters, found.start, found.values, found.standard_deviations, strict=True
             )
         },
-        "correlations": [[_finite(value) for value in row] for row in found.correlations],
+        "correlations": [[finite(value) for value in row] for row in found.correlations],
         "residuals": {
             kind: {"before": before, "after": after}
             for kind, before, after in _root_mean_squares(found)
@@ -307,7 +304,7 @@ def _poses_as_dict(found: ProposedPoses) -> dict[str, Any]:
             each.platform_quaternion.tolist() for each in found.equilibria
         ],
         "standard_deviations": {
-            path: {"proposed": _finite(own), "random": _finite(other)}
+            path: {"proposed": finite(own), "random": finite(other)}
             for path, own, other in zip(
                 found.parameters, found.standard_deviations, found.random, strict=True
             )

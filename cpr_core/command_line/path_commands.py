@@ -25,6 +25,7 @@ from ..solving.objectives import OBJECTIVES
 from ..solving.trace import Trace, trace
 from .answer import Answer, written
 from .argument_types import count, picture
+from .reports import finite
 
 __all__ = [
     "add_equilibria_options",
@@ -163,7 +164,7 @@ def _trace_as_dict(found: Trace) -> dict[str, Any]:
         "smallest_eigenvalues_locked": found.eigenvalues_locked.tolist(),
         "indices_locked": found.indices_locked.tolist(),
         "indices_free": found.indices_free.tolist(),
-        "bending_strains": found.bending_strains.tolist(),
+        "bending_strains": [[*map(finite, strains)] for strains in found.bending_strains.tolist()],
         "events": [
             {
                 "kind": event.kind,

@@ -22,6 +22,7 @@ __all__ = [
     "equilibrium_as_text",
     "error_as_dict",
     "error_as_text",
+    "finite",
     "kinemato_statics_as_dict",
     "kinemato_statics_as_text",
     "stability_as_dict",
@@ -31,9 +32,9 @@ __all__ = [
 _TWIST = ("omega_x", "omega_y", "omega_z", "v_x", "v_y", "v_z")
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
     """What JSON can hold."""
-    return value if math.isfinite(value) else None
+    return float(value) if math.isfinite(value) else None
 
 
 def equilibrium_as_dict(equilibrium: Equilibrium) -> dict[str, Any]:
@@ -57,9 +58,9 @@ def equilibrium_as_dict(equilibrium: Equilibrium) -> dict[str, Any]:
         "energy": equilibrium.energy,
         "index_locked": locked.index,
         "index_free": free.index,
-        "smallest_eigenvalue_locked": _finite(locked.smallest),
-        "smallest_eigenvalue_free": _finite(free.smallest),
-        "margin_locked": _finite(locked.margin),
+        "smallest_eigenvalue_locked": finite(locked.smallest),
+        "smallest_eigenvalue_free": finite(free.smallest),
+        "margin_locked": finite(locked.margin),
         "energy_criterion_applies": locked.energy_criterion_applies,
     }
 
@@ -126,7 +127,7 @@ def stability_as_dict(equilibrium: Equilibrium, motors_are: MotorReading) -> dic
         "stable": found.index == 0 if found.energy_criterion_applies else None,
         "index": found.index,
         "eigenvalues": found.eigenvalues[:6].tolist(),
-        "margin": _finite(found.margin),
+        "margin": finite(found.margin),
         "inverse_condition_number": found.inverse_condition_number,
         "energy_criterion_applies": found.energy_criterion_applies,
         "softest_motion": {

@@ -48,7 +48,7 @@ def described_rod(part: Part) -> Rod:
         rest_curvature=strain_series(rest),
         yield_strain=part.number("yield_strain", np.inf),
     )
-    if "yield_strain" in part and section.bending_strain(np.ones(1), np.ones(1))[0] == 0.0:
+    if "yield_strain" in part and np.isnan(section.bending_strain(np.ones(1), np.ones(1))[0]):
         raise section_part.fail("", "missing field 'outer_radius': it has a yield_strain")
     check_rod(part, rod)
     return rod

@@ -203,11 +203,12 @@ class Assessment:
     @cached_property
     def strain_reserve(self) -> float:
         """1 - bending strain / yield strain, the smallest over the rods."""
-        equilibrium = self.equilibrium
-        if not equilibrium.robot.limits_strain:
+        robot = self.equilibrium.robot
+        if not robot.limits_strain:
             return np.inf
-        reserves = 1.0 - bending_strains(equilibrium) / equilibrium.robot.strain_limits
-        return float(reserves.min())
+        limited = np.isfinite(robot.strain_limits)
+        part = bending_strains(self.equilibrium)[limited] / robot.strain_limits[limited]
+        return float((1.0 - part).min())
 
     def value(self, measure: str) -> float:
         """A measure by name."""

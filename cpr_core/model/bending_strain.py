@@ -22,7 +22,7 @@ def bending_strains(equilibrium: Equilibrium) -> Floats:
     The strain of the outermost fibre, curvature (less the one at rest) times its distance from the
     centre line, at the quadrature nodes and at both ends. In between it may be larger, of shipped robots
     by some 2 %. Torsion and tension are not counted. Where a profile changes the stiffness, the section
-    is still the one of the description.
+    is still the one of the description. NaN where it is ``given`` without an ``outer_radius``.
 
     Raises:
         InvalidRequest: No equilibrium.

@@ -246,7 +246,7 @@ class GivenSection(Section):
         "bending_3": field("positive", "E J3 [N m^2]"),
         "mass": field("not_negative", "per length [kg/m]; default 0"),
         "outer_radius": field(
-            "positive", "distance of the outermost fibre [m]; needed for yield_strain only"
+            "positive", "distance of the outermost fibre [m]; strains are not known without it"
         ),
     }
     required = ("torsion", "bending_2", "bending_3")
@@ -261,8 +261,8 @@ class GivenSection(Section):
         return self.mass
 
     def bending_strain(self, bending_2: Floats, bending_3: Floats) -> Floats:
-        """At the outer radius."""
-        return np.asarray(self.outer_radius * np.hypot(bending_2, bending_3))
+        """At the outer radius; NaN without one."""
+        return np.asarray((self.outer_radius or np.nan) * np.hypot(bending_2, bending_3))
 
 
 #: Sections by the name used in descriptions.

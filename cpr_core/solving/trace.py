@@ -118,7 +118,7 @@ class Trace(ReadOnlyArrays):
 
     @cached_array
     def bending_strains(self) -> Floats:
-        """Largest bending strain of every rod, (P, R)."""
+        """Largest bending strain of every rod, (P, R), see `bending_strains`."""
         return np.array([bending_strains(equilibrium) for equilibrium in self.equilibria])
 
 

@@ -172,7 +172,7 @@ class WorkspaceMap:
 
     @cached_array
     def strains(self) -> Floats:
-        """Largest bending strain of every rod, (M, R)."""
+        """Largest bending strain of every rod, (M, R), see `bending_strains`."""
         return map_strains(self.robot, self.cells.state)
 
     @cached_array

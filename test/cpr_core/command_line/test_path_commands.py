@@ -7,8 +7,11 @@ import json
 
 import numpy as np
 import pytest
+import yaml
+from helpers.yaml_content import yaml_content
 
 from cpr_core.command_line import main
+from cpr_core.description.description_file import shipped_robots
 
 
 def run(capsys, *arguments):
@@ -50,6 +53,21 @@ def test_trace_as_json(capsys):
     np.testing.assert_allclose(values["fractions"], np.linspace(0, 1, 5))
     assert np.shape(values["platform_positions"]) == (5, 3)
     np.testing.assert_allclose(values["motors"][-1], [5.76, 3.67])
+
+
+def test_strains_that_are_not_known_are_null(capsys, tmp_path):
+    """JSON has no NaN."""
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    stiff = dict.fromkeys(("torsion", "bending_2", "bending_3"), 0.1)
+    content["rod"] = {"length": 1.0, "section": {"shape": "given"} | stiff}
+    (tmp_path / "robot.yaml").write_text(yaml.safe_dump(content))
+    status, text, _ = run(
+        capsys,
+        *("trace", tmp_path / "robot.yaml", "--given", "motors", "--to", 2.7, 0.6),
+        *("--points", 2, "--json"),
+    )
+    assert status == 0
+    assert json.loads(text)["bending_strains"] == [[None, None], [None, None]]
 
 
 def test_trace_by_efforts_and_under_gravity(capsys):

@@ -9,14 +9,18 @@ from helpers.yaml_content import yaml_content
 
 from cpr_core import (
     DescriptionError,
+    StrainLimitExceeded,
     bending_strains,
     leg_shapes,
     load_robot,
     solve_forward,
     solve_home,
+    trace,
 )
 from cpr_core.description.description_file import shipped_robots
+from cpr_core.model.assessment import Assessment
 from cpr_core.rods.sections import AnnularSection, CircularSection, GivenSection, RectangularSection
+from cpr_core.solving.limits import margins
 
 
 def content_of(name):
@@ -93,3 +97,36 @@ def test_a_yield_strain_is_a_positive_number(wrong):
     content["rod"]["yield_strain"] = wrong
     with pytest.raises(DescriptionError, match=r"rod\.yield_strain"):
         load_robot(content)
+
+
+@pytest.fixture(scope="module")
+def one_given():
+    """The first leg has a limit; the second is as stiff, but nobody knows how thick it is."""
+    content = content_of("rfrfr")
+    rod = content["rod"]
+    stiffness = rod["young_modulus"] * np.pi / 4.0 * rod["section"]["radius"] ** 4
+    stiff = dict.fromkeys(("torsion", "bending_2", "bending_3"), stiffness)
+    content["legs"][0]["rod"] = rod | {"yield_strain": 0.005}
+    content["legs"][1]["rod"] = {"length": rod["length"], "section": {"shape": "given"} | stiff}
+    return solve_home(load_robot(content))
+
+
+def test_they_are_not_known_of_a_rod_of_unknown_thickness(one_given):
+    """They were zero, as of one that is not bent."""
+    first, second = bending_strains(one_given)
+    known = bending_strains(solve_home(load_robot("rfrfr")))
+    assert first == pytest.approx(known[0], rel=1e-9)
+    assert np.isnan(second)
+    way = trace(one_given.robot, motors=one_given.motors + 0.01, points=3)
+    assert (
+        np.isnan(way.bending_strains[:, 1]).all() and np.isfinite(way.bending_strains[:, 0]).all()
+    )
+
+
+def test_limits_of_the_others_are_kept(one_given):
+    reserve = Assessment(one_given).strain_reserve
+    assert reserve == pytest.approx(1.0 - bending_strains(one_given)[0] / 0.005, rel=1e-12)
+    assert margins(one_given) == pytest.approx([reserve], rel=1e-12)
+    with pytest.raises(StrainLimitExceeded, match=r"^leg1: ") as raised:
+        solve_forward(one_given.robot, one_given.motors + [1.5, -1.5])
+    assert bending_strains(raised.value.last)[0] == pytest.approx(0.005, rel=1e-6)
