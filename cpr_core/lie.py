@@ -16,7 +16,6 @@ from .kernels.rotation_matrices import (
     rotation_exp_into,
     rotation_from_angles_into,
 )
-from .kernels.twist_layout import ANGULAR, LINEAR
 from .validation import checked_matrix, checked_vector
 
 __all__ = [
@@ -248,7 +247,8 @@ def turned(vector: NDArray[np.float64], rotation: NDArray[np.float64]) -> NDArra
         vector: In axes of its own, (6,).
         rotation: From these axes to those of the result, (3, 3).
     """
-    return np.concatenate([rotation @ vector[ANGULAR], rotation @ vector[LINEAR]])
+    both: NDArray[np.float64] = vector.reshape(2, 3) @ rotation.T
+    return both.ravel()
 
 
 def turn_about_z(rotation: NDArray[np.float64]) -> float:

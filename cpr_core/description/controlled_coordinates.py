@@ -12,7 +12,6 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.twist_layout import FIRST_LINEAR
 from ..lie import (
     roll_pitch_yaw,
     rotation_from_angles,
@@ -28,7 +27,8 @@ Floats = NDArray[np.float64]
 #: quaternion w x y z, which is dear and asked for by those only who need it.
 Reading = Callable[[Floats, Floats, Callable[[], Floats]], Sequence[float]]
 
-_ANGLES, _QUATERNION = ("roll", "pitch", "yaw"), ("qw", "qx", "qy", "qz")
+_PLACE, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
+_QUATERNION = ("qw", "qx", "qy", "qz")
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Coordinate:
     @property
     def turns(self) -> bool:
         """Whether turning the platform changes it."""
-        return self.axes[0] < FIRST_LINEAR
+        return self.numbers[0] not in _PLACE
 
     @property
     def is_angle(self) -> bool:
@@ -129,7 +129,7 @@ def meant_by(
         InvalidQuaternion: A quaternion far from unit length.
     """
     given = dict(zip(numbers_of(controlled), pose.tolist(), strict=True))
-    position = np.array([given.get(name, at) for name, at in zip("xyz", position, strict=True)])
+    position = np.array([given.get(name, at) for name, at in zip(_PLACE, position, strict=True)])
     if "orientation" in controlled:
         rotation = rotation_from_quaternion([given[name] for name in _QUATERNION])
     elif "angle" in controlled:
