@@ -23,6 +23,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
 from cpr_core import InvalidRequest, kinemato_statics, load_robot, solve_forward, solve_home
+from cpr_core.reference import morse_index as morse_index_module
 from cpr_core.reference.conjugate_points import conjugate_points
 from cpr_core.reference.continuous_equilibrium import ContinuousEquilibrium
 from cpr_core.reference.continuous_rods import solve_continuous
@@ -120,6 +121,16 @@ def test_the_count_is_that_of_conjugate_points_on_the_robots_of_the_paper(name, 
             assert_allclose(index_falls(rods), points, rtol=0.0, atol=1e-8)
         seen.add(len(points))
     assert len(seen) > 1
+
+
+def test_rods_may_be_cut_in_parts_that_are_too_long_at_first(monkeypatch):
+    """A whole rod may have a conjugate point of its own, of which its ends know nothing."""
+    monkeypatch.setattr(morse_index_module, "_LONGEST", 1e3)
+    seen = set()
+    for modes in islice(met(reference_robot("rfrfr"), 12, seed=5), 12):
+        assert morse_index(solve_continuous(modes)) == (modes.index_locked, modes.index_free)
+        seen.add((modes.index_locked, modes.index_free))
+    assert len(seen) == 3
 
 
 @pytest.mark.parametrize("name", CHAIN_FILES)
