@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..validation import cached_property
-from .bending_strain import bending_strains
+from .bending_strain import bending_strains, strain_reserves
 from .equilibrium import Equilibrium
 from .kinemato_statics import KinematoStatics, kinemato_statics
 from .linear_problems import LinearProblem, Singularity
@@ -206,9 +206,7 @@ class Assessment:
         robot = self.equilibrium.robot
         if not robot.limits_strain:
             return np.inf
-        limited = np.isfinite(robot.strain_limits)
-        part = bending_strains(self.equilibrium)[limited] / robot.strain_limits[limited]
-        return float((1.0 - part).min())
+        return float(strain_reserves(robot, bending_strains(self.equilibrium)).min())
 
     def value(self, measure: str) -> float:
         """A measure by name."""

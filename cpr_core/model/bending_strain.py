@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .equilibrium import Equilibrium, check_equilibrium
 from .robot import Robot
 
-__all__ = ["bending_strains", "strains_in"]
+__all__ = ["bending_strains", "strain_reserves", "strains_in"]
 
 Floats = NDArray[np.float64]
 
@@ -40,3 +40,15 @@ def strains_in(robot: Robot, states: Floats) -> Floats:
         strain = rod.element.rod.bending_strain_at(robot.curvature_sigma, curvature - rest)
         largest.append(strain.max(axis=-1))
     return np.stack(largest, axis=-1)
+
+
+def strain_reserves(robot: Robot, strains: Floats) -> Floats:
+    """What is left of the limits of the rods that have one, (..., K): 1 where a rod is not bent.
+
+    Args:
+        robot: The robot.
+        strains: Largest bending strain of every rod, (..., R).
+    """
+    limited = np.isfinite(robot.strain_limits)
+    found: Floats = 1.0 - strains[..., limited] / robot.strain_limits[limited]
+    return found

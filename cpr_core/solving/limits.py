@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..description.plausibility import request_doubt
 from ..kernels.record_layout import EFFORT
-from ..model.bending_strain import bending_strains, strains_in
+from ..model.bending_strain import bending_strains, strain_reserves, strains_in
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from .events import PathEvent
@@ -117,8 +117,7 @@ def with_strain_margins(robot: Robot, of_motors: Floats, strains: Floats) -> Flo
         of_motors: As ``motor_margins``.
         strains: Largest bending strain of every rod, (..., R).
     """
-    left = 1.0 - strains / robot.strain_limits
-    return np.concatenate([of_motors, left[..., np.isfinite(robot.strain_limits)]], axis=-1)
+    return np.concatenate([of_motors, strain_reserves(robot, strains)], axis=-1)
 
 
 def grazes(before: Floats, after: Floats) -> bool:

@@ -130,15 +130,14 @@ class Outputs:
         self._measures, self._last_state = StabilityStream(), -math.inf
         self._about: tuple[Equilibrium, NDArray[np.float64]] | None = None
         self._state = (RepeatedMessage(JointState()), RepeatedMessage(PoseStamped()))
-        rates = parameters
         heard, seen = Listeners(self._stability), Listeners(self._markers)
         self.stability = Stream(
-            "stability", rates.stability_rate, heard.lately, self._tell_stability
+            "stability", parameters.stability_rate, heard.lately, self._tell_stability
         )
         self.streams = (
-            Stream("state", rates.state_rate, self._state_wanted, self._tell_state),
+            Stream("state", parameters.state_rate, self._state_wanted, self._tell_state),
             self.stability,
-            Stream("markers", rates.marker_rate, seen.lately, self._tell_markers),
+            Stream("markers", parameters.marker_rate, seen.lately, self._tell_markers),
             Stream("commands", _REPEAT_RATE, lambda now: True, self._repeat_commands),
         )
 
