@@ -150,8 +150,7 @@ def plot_map(
         if field in ("index", "index_free"):
             keys += _draw_index(axes, found, picture, near[:, :, plane], threshold)
         else:
-            limits = float(np.nanmin(values)), float(np.nanmax(values))
-            shown = _draw_cells(axes, grid, values[:, :, plane], "cividis", limits)
+            shown = _draw_cells(axes, grid, values[:, :, plane], "cividis", _range(values))
         _draw_borders(axes, found, plane)
         _name_axes(axes, found, plane)
         keys += axes.get_legend_handles_labels()[0]
@@ -165,7 +164,10 @@ def plot_map(
         figure.legend(
             by_label.values(), by_label.keys(), loc="lower center", ncols=3, fontsize="small"
         )
-    figure.suptitle(f"{found.robot.description.name}: {_held_text(found)}")
+    title = f"{found.robot.description.name}: {_held_text(found)}"
+    if not np.any(np.isfinite(values)):  # else it would look like a robot that gets nowhere
+        title += f"\n{field_label(found.robot, field)} is not known of any cell"
+    figure.suptitle(title)
     save_figure(figure, file)
 
 
@@ -203,6 +205,12 @@ def _draw_cells(
         vmax=limits[1],
         rasterized=True,
     )
+
+
+def _range(values: Floats) -> tuple[float, float]:
+    """From the least to the largest value that is known; (0, 1) where none is."""
+    known = values[np.isfinite(values)]
+    return (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
 
 
 def _draw_index(

@@ -9,7 +9,7 @@ import os
 
 import numpy as np
 import pytest
-from helpers.workspace_cases import rfrfr, six_rfs, small_map
+from helpers.workspace_cases import content_of_rfrfr, rfrfr, six_rfs, small_map
 
 from cpr_core import InvalidRequest, load_robot, solve_home
 from cpr_core.command_line import main
@@ -151,6 +151,26 @@ def test_every_field_can_be_drawn(tmp_path):
         plot_map(found, tmp_path / "no.png", field="no")
     with pytest.raises(InvalidRequest, match=r"no\.pngg: cannot be drawn to: .*png"):
         plot_map(found, tmp_path / "no.pngg")
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_picture_says_what_is_not_known_of_any_cell(tmp_path):
+    """It was empty, as that of a robot that gets nowhere, with a warning of numpy."""
+    content = content_of_rfrfr()
+    stiffness = dict.fromkeys(("torsion", "bending_2", "bending_3"), 0.165)
+    content["rod"] = {"length": 1.0, "section": {"shape": "given"} | stiffness}
+    robot = load_robot(content)
+    found = map_workspace(
+        robot, pose_grid(robot, {"x": [-0.1, 0.1], "y": [0.4, 0.6]}, resolution=0.1)
+    )
+    assert np.any(found.reached)
+    pictures = {field: tmp_path / f"{field}.svg" for field in ("strain", "energy")}
+    for field, file in pictures.items():
+        plot_map(found, file, field=field)
+    unknown = [
+        field for field, file in pictures.items() if "is not known of any cell" in file.read_text()
+    ]
+    assert unknown == ["strain"]
 
 
 @pytest.mark.parametrize(
