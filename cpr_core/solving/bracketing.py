@@ -22,6 +22,7 @@ from .limits import ROUNDING
 from .path import Path, Point, Tangent
 
 __all__ = [
+    "LOCATION",
     "SAME_PLACE",
     "along",
     "bracket_by_arc_length",

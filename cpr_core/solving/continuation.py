@@ -16,12 +16,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium
 from .bracketing import (
+    LOCATION,
     SAME_PLACE,
     along,
     bracket_by_arc_length,
@@ -31,6 +33,7 @@ from .bracketing import (
     landing,
 )
 from .events import EventKind, PathEvent
+from .hidden_changes import may_hide
 from .limits import Limit, limit_error
 from .path import OutOfTime, Path, Point, Tangent
 from .targets import Target
@@ -41,6 +44,8 @@ __all__ = ["SINGULAR", "Walk", "follow"]
 SMALLEST_STEP = 1e-3
 #: Requests farther away than so many longest steps are refused at once.
 MOST_STEPS = 1000
+#: Steps in place of one where inverse singularities are located: these may come in pairs.
+FINE = 4.0
 #: Arc lengths of the dimensionless state: first, longest and smallest step.
 FIRST_ARC, LONGEST_ARC, SMALLEST_ARC = 0.05, 0.5, 1e-7
 #: Smallest singular value of a dimensionless problem where branches may cross.
@@ -48,6 +53,12 @@ SINGULAR = 1e-4
 SEVERAL = "several branches cross, none of them goes on alone"
 #: Steps by arc length around one place, and past folds.
 MOST_ARCS, MOST_ARCS_PAST_FOLDS = 300, 3000
+
+
+def _hides(other: Point, first: Point, last: Point) -> bool:
+    """Whether something may have happened, and been undone, between two points, beside a third one."""
+    places = other.fraction, first.fraction, last.fraction
+    return may_hide(places, (other.watched, first.watched, last.watched))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +103,8 @@ def follow(
         stable_only: Stop where the stability index grows above zero.
         past_folds: Follow the branch around folds, by arc length all along, until it leaves the
             interval of fractions from 0 to 1; all points are kept.
-        singularities: Locate inverse singularities on the way of motors or efforts too.
+        singularities: Miss no event: locate inverse singularities on the way of motors or efforts too,
+            and stretches without stability on the way of a pose that are shorter than a step.
         keep: Fractions, increasing, whose points are kept.
         time_limit: Give up after this time [s].
         progress: Called with the fraction reached.
@@ -103,7 +115,14 @@ def follow(
     Raises:
         InvalidRequest: A time limit that is negative or no number.
     """
-    path = Path(start, target, loads, singularities, time_limit)
+    path = Path(
+        start,
+        target,
+        loads,
+        stability=stable_only or singularities,
+        singularities=singularities,
+        time_limit=time_limit,
+    )
     return _Walker(path, target, stable_only, past_folds, keep, progress).walk()
 
 
@@ -121,6 +140,7 @@ class _Walker:
     ) -> None:
         self.path = path
         self.steps = max(target.distance(path.start), path.load_distance) / LONGEST_STEP
+        self.longest = 1.0 / max(1.0, (FINE if path.looks_closely else 1.0) * self.steps)
         self.stable_only, self.past_folds = stable_only, past_folds
         self.keep, self.progress = list(keep), progress
         self.events: list[PathEvent] = []
@@ -150,8 +170,8 @@ class _Walker:
 
     def _by_fraction(self, point: Point) -> Walk:
         """Steps at given fractions; by arc length where they fail."""
-        longest = 1.0 / max(1.0, self.steps)
-        step = longest
+        longest = self.longest
+        step, before = longest, None
         while point.fraction < 1.0:
             stop = self.keep[0] if self.keep else 1.0
             ahead = min(1.0, stop, point.fraction + step)
@@ -164,10 +184,7 @@ class _Walker:
                 onward = self._by_arc_length(point)
                 if isinstance(onward, Walk):
                     return onward
-                point, step = onward, 10.0 * SMALLEST_STEP * longest
-            elif point.grazes(next_point) and not differ(point, next_point):
-                step = 0.5 * (ahead - point.fraction)
-                continue
+                point, step, before = onward, 10.0 * SMALLEST_STEP * longest, None
             elif differ(point, next_point):
                 low, high = bracket_by_fraction(self.path, point, ahead, next_point)
                 regular = self.path.problem == "pose" or high is None or low.index == high.index
@@ -185,11 +202,56 @@ class _Walker:
                         return self._stopped(low)
                     point = high
                 step = min(step, 10.0 * max(point.fraction - low.fraction, SMALLEST_STEP * longest))
+                before = None
             else:
-                step = min(longest, 2.0 * max(ahead - point.fraction, step))
-                point = next_point
+                half = 0.5 * (ahead - point.fraction)
+                if self._may_hide(before, point, next_point):
+                    if half >= SMALLEST_STEP * longest:
+                        step = half
+                        continue
+                    if self._several_meet(point, next_point):
+                        return self._end(point, "bifurcation", SEVERAL)
+                step = min(longest, 2.0 * max(2.0 * half, step))
+                before, point = point, next_point
             self._keep(point)
         return self._done(point)
+
+    def _may_hide(self, before: Point | None, point: Point, next_point: Point) -> bool:
+        """Whether something may have happened, and been undone, between two points.
+
+        Args:
+            before: The point before them; None: there is none, a point in the middle tells instead.
+            point: A point.
+            next_point: The next one.
+        """
+        if not point.watched:
+            return False
+        step = next_point.fraction - point.fraction
+        if before is not None and point.fraction - before.fraction > SMALLEST_STEP * step:
+            return _hides(before, point, next_point)
+        middle = self.path.at(point, point.fraction + 0.5 * step)
+        if middle is None or differ(point, middle):
+            return True
+        return _hides(next_point, point, middle) or _hides(point, middle, next_point)
+
+    def _several_meet(self, point: Point, next_point: Point) -> bool:
+        """Whether several branches meet between two neighbours, on symmetric ways of symmetric robots.
+
+        Two singular values pass zero together, so that no sign tells.
+        """
+        if self.path.problem != "pose":
+            return False
+
+        def nearness(fraction: float) -> float:
+            found = self.path.at(point, fraction)
+            return np.inf if found is None else abs(found.watched[-1])
+
+        ends = point.fraction, next_point.fraction
+        nearest = scipy.optimize.minimize_scalar(
+            nearness, bounds=ends, method="bounded", options={"xatol": LOCATION}
+        )
+        found = self.path.at(point, float(nearest.x))
+        return found is not None and self._several_cross(found)
 
     def _several_cross(self, low: Point) -> bool:
         """Whether more than two branches meet, as on symmetric paths of symmetric robots."""
@@ -204,14 +266,15 @@ class _Walker:
         """
         path, first = self.path, point
         tangent = path.tangent(point)
-        arc = FIRST_ARC
+        arc, before, length_before = FIRST_ARC, None, 0.0
         most = MOST_ARCS_PAST_FOLDS if self.past_folds else MOST_ARCS
         for _ in range(most):
-            next_point, end = along(path, point, tangent, arc), None
+            next_point, end, length = along(path, point, tangent, arc), None, arc
             if next_point is not None and not 0.0 <= next_point.fraction < 1.0:
                 end = 1.0 if next_point.fraction >= 1.0 else 0.0
                 onto = landing(path, point, tangent, arc, end)
-                next_point = None if onto is None else along(path, point, tangent, onto)
+                length = 0.0 if onto is None else onto
+                next_point = None if onto is None else along(path, point, tangent, length)
             if next_point is None:
                 arc *= 0.5
                 if arc < SMALLEST_ARC:
@@ -236,6 +299,19 @@ class _Walker:
                     return self._stopped(low)
                 if differ(high, next_point):  # something more happens within the step
                     next_point, end = beyond, None
+                before = None
+            elif (
+                before is not None
+                and length > FIRST_ARC * SMALLEST_STEP
+                and may_hide(
+                    (-length_before, 0.0, length),
+                    (before.watched, point.watched, next_point.watched),
+                )
+            ):
+                arc = 0.5 * length
+                continue
+            else:
+                before, length_before = point, length
             point, tangent = next_point, next_point.tangent or path.tangent(next_point, tangent)
             self._keep(point, every=self.past_folds)
             arc = min(LONGEST_ARC, 1.5 * arc)
@@ -256,8 +332,7 @@ class _Walker:
 
     def _regular(self, point: Point, tangent: Tangent) -> bool:
         """Whether a step at a fraction is possible again, as long as the one that had failed."""
-        longest = 1.0 / max(1.0, self.steps)
-        ahead = min(1.0, point.fraction + 10.0 * SMALLEST_STEP * longest)
+        ahead = min(1.0, point.fraction + 10.0 * SMALLEST_STEP * self.longest)
         next_point = self.path.at(point, ahead) if tangent.fraction > 0.0 else None
         if next_point is None or differ(point, next_point):
             return False

@@ -177,6 +177,7 @@ class _Walk:
             equilibrium.signs.inverse_sign,
             point.margins,
             point.violated,
+            point.watched,
         )
 
     def _happens(self, low: Point, high: Point) -> bool:

@@ -27,6 +27,7 @@ __all__ = [
     "limits_of",
     "margins",
     "margins_along",
+    "may_be_kept_again",
     "motor_margins",
     "undisturbed",
     "violated",
@@ -79,6 +80,16 @@ def motor_margins(robot: Robot, motors: Floats, efforts: Floats) -> Floats:
     own = [limits.ranges_left(motors), limits.effort_reserves(efforts)]
     found: Floats = np.concatenate(own, axis=-1)[..., limits.order]
     return found
+
+
+def may_be_kept_again(robot: Robot, problem: str) -> bool:
+    """Whether a robot has limits that may be passed and kept again on a straight way.
+
+    Ranges of motors that are imposed are no such: they move evenly.
+    """
+    if problem == "motors":
+        return robot.limits_strain or bool(len(robot.motor_limits.loaded))
+    return robot.limited
 
 
 def margins(equilibrium: Equilibrium) -> Floats:

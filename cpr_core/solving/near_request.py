@@ -6,11 +6,17 @@
 from __future__ import annotations
 
 from ..kernels.continuation_kernel import WATCHED
+from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium, stepped
-from .limits import grazes, margins, violated
+from .hidden_changes import may_hide_in_one_step
+from .limits import grazes, margins, may_be_kept_again, violated
 from .targets import Target
 
 __all__ = ["solve_near"]
+
+#: Longest step, in longest steps of a walk, that may be taken alone where something is watched that its
+#: ends may not show: longer ones are looked at in between, by a walk.
+_ALONE = 0.1
 
 
 def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilibrium | None:
@@ -18,21 +24,28 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
 
     Returns:
         None where a walk has to tell: farther away, where Newton's method does not contract, a sign
-        changes, or a limit may be passed; and where a pose leaves redundant motors free.
+        changes, or a limit or stability may be left on the way; and where a pose leaves redundant
+        motors free.
     """
-    robot = start.robot
-    if target.problem == "pose" and robot.redundancy > 0:
+    robot, pose = start.robot, target.problem == "pose"
+    if pose and robot.redundancy > 0:
         return None
     if not start.loads.conservative(robot.planar):
         return None
     if stable_only and (start.index_free if target.problem == "efforts" else start.index_locked):
         return None
+    watched = pose or may_be_kept_again(robot, target.problem)
+    length = target.distance(start) / LONGEST_STEP if watched else 0.0
+    if length > _ALONE:
+        return None
     found = stepped(
         start, robot, start.loads, start.load_arrays, target.problem, target.given(start), WATCHED
     )
-    if found is None:
+    if found is None or (robot.limited and not _within_limits(start, found)):
         return None
-    return found if not robot.limited or _within_limits(start, found) else None
+    if stable_only and pose and may_hide_in_one_step(start.margin, found.margin, length):
+        return None
+    return found
 
 
 def _within_limits(start: Equilibrium, found: Equilibrium) -> bool:

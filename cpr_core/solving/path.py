@@ -29,9 +29,10 @@ from ..kernels.twist_layout import ANGULAR
 from ..lie import angle_motions, rotation_log
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium, described, new_record
+from ..model.smallest_singular_value import smallest_singular_value
 from ..validation import cached_property
 from .deadline import Deadline
-from .limits import Limit, grazes, margins, violated
+from .limits import Limit, margins, may_be_kept_again, violated
 from .targets import Imposed, Target
 
 __all__ = ["OutOfTime", "Path", "Point", "Tangent"]
@@ -83,6 +84,8 @@ class Point:
         inverse_sign: Sign of the determinant of the inverse problem; 0 where it is not watched.
         margins: How far the limits are, (K,).
         violated: Limits that do not hold.
+        watched: What must not change its sign unseen within a step: the margins of limits that may be
+            passed and kept again, the margin of stability, the distance from an inverse singularity.
         tangent: Tangent of the branch, where it was followed by arc length; None: to larger fractions.
     """
 
@@ -93,16 +96,13 @@ class Point:
     inverse_sign: int
     margins: Floats
     violated: frozenset[Limit]
+    watched: tuple[float, ...]
     tangent: Tangent | None = None
 
     @property
     def forward(self) -> bool:
         """Whether the branch leads on to larger fractions here."""
         return self.tangent is None or self.tangent.fraction > 0.0
-
-    def grazes(self, next_point: Point) -> bool:
-        """Whether a limit may be passed, and be kept again, between this point and another."""
-        return grazes(self.margins, next_point.margins)
 
     @property
     def side(self) -> int:
@@ -118,6 +118,7 @@ class Path:
         iterations: Newton steps used so far.
         conservative: Whether all loads on the way have a potential.
         load_distance: Change of the loads, in longest steps of a radian each.
+        looks_closely: Whether inverse singularities are looked for that the problem does not ask for.
     """
 
     def __init__(
@@ -125,6 +126,7 @@ class Path:
         start: Equilibrium,
         target: Target,
         loads: Loads,
+        stability: bool = False,
         singularities: bool = False,
         time_limit: float | None = None,
     ) -> None:
@@ -134,13 +136,17 @@ class Path:
             start: Equilibrium at fraction 0.
             target: What is imposed at fraction 1.
             loads: Loads there.
+            stability: Watch the margin of stability on the way of a pose; for motors and efforts it is
+                that of the problem itself.
             singularities: Tell the sides of inverse singularities on the way of motors or efforts.
             time_limit: Refuse to solve after this time [s]; default never.
         """
         robot = start.robot
         self.start, self.iterations, self._deadline = start, 0, Deadline(time_limit)
         self._robot, self._target, self._loads = robot, target, loads
-        self._singularities = singularities and target.problem != "pose"
+        self.looks_closely = singularities and target.problem != "pose"
+        self._stability = stability and target.problem == "pose"
+        self._limits_return = may_be_kept_again(robot, target.problem)
         self._loads_change = loads is not start.loads
         self._last_loads = robot.load_arrays(loads) if self._loads_change else start.load_arrays
         self.conservative = loads.conservative(robot.planar) and (
@@ -351,10 +357,29 @@ class Path:
             equilibrium=equilibrium,
             index=index,
             sign=sign,
-            inverse_sign=inverse_sign if self.conservative and self._singularities else 0,
+            inverse_sign=inverse_sign if self.conservative and self.looks_closely else 0,
             margins=margin,
             violated=violated(self._robot, margin),
+            watched=self._watched(equilibrium, margin, inverse_sign),
         )
+
+    def _watched(
+        self, equilibrium: Equilibrium, margin: Floats, inverse_sign: int
+    ) -> tuple[float, ...]:
+        """What must not change its sign unseen, dimensionless.
+
+        Symmetric robots pass inverse singularities with two singular values at once: the determinant
+        keeps its sign, and Newton's method may not see it.
+        """
+        values = margin.tolist() if self._limits_return else []
+        if not self.conservative:
+            return tuple(values)
+        if self._stability:
+            values.append(equilibrium.margin)
+        inverse = self._target.problem == "pose" or self.looks_closely
+        if inverse and inverse_sign and not self._robot.redundancy:
+            values.append(inverse_sign * smallest_singular_value(equilibrium, True, None))
+        return tuple(values)
 
     def _loads_at(self, fraction: float) -> LoadArrays:
         """Loads part of the way; all entries are linear in what is given."""

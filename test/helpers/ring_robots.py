@@ -99,3 +99,49 @@ def two_columns(wider: float = 0.0) -> Robot:
             "home": {"motors": [0, 0], "bow": "outward"},
         }
     )
+
+
+def three_swinging() -> Robot:
+    """Three curved rods swung about upright axes; on the way up two inverse singular values vanish."""
+    legs = [
+        {
+            "base": {
+                "position": [0.12 * c, 0.12 * s, 0],
+                "tangent": [c, s, 0],
+                "normal": [0, 0, 1],
+            },
+            "chain": [
+                {"joint": "revolute", "axis": [0, 0, 1], "motor": f"motor{number}"},
+                {"link": [0.02, 0, 0], "mass": 0.02},
+                {"rod": {}},
+                {"link": [0.01, 0, 0], "mass": 0.003},
+            ],
+            "tip": {
+                "type": "universal",
+                "position": [0.05 * c, 0.05 * s, 0],
+                "axis": [-s, c, 0],
+                "axis_in_rod": [0, 1, 0],
+            },
+        }
+        for number, (c, s) in enumerate(_ring(3), start=1)
+    ]
+    return load_robot(
+        {
+            "name": "three_swinging",
+            "space": "spatial",
+            "gravity": [0, 0, -9.81],
+            "platform": {"mass": 0.2, "center_of_mass": [0, 0, 0.03]},
+            "legs": legs,
+            "rod": {
+                "length": 0.35,
+                "section": {"shape": "annular", "radius": 0.0015, "inner_radius": 0.0005},
+                "young_modulus": 1.3e11,
+                "shear_modulus": 5e9,
+                "density": 1600,
+                "rest_curvature": {"bending_3": [2.0]},
+            },
+            "strain": {"torsion": 3, "bending_2": 5, "bending_3": 5},
+            "controlled": ["z", "roll", "pitch"],
+            "home": {"motors": [1.0] * 3, "bow": "outward", "platform": {"position": [0, 0, 0.33]}},
+        }
+    )

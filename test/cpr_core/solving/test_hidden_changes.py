@@ -1,0 +1,150 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What happens within a step and is undone in it is found, as if steps had been small."""
+
+import numpy as np
+import pytest
+from helpers.ring_robots import three_swinging
+from helpers.yaml_content import yaml_content
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cpr_core import (
+    MotorLimitExceeded,
+    NoInverseSolution,
+    UnstableEquilibrium,
+    load_robot,
+    solve_home,
+    solve_inverse,
+    trace,
+)
+from cpr_core.description.description_file import shipped_robots
+from cpr_core.solving.hidden_changes import may_hide, may_hide_in_one_step
+
+#: A way of rfrfr in its plane on which it is unstable from 0.89 to 0.998, and stable at both ends.
+UNSTABLE_BETWEEN = (
+    [0.26248885530230015, -0.2484422279951375],
+    [0.2073511413318955, -0.024830572845052398],
+)
+#: One on which the effort of its first motor is 5 % larger than at both ends, and that effort [N m].
+EFFORT_BETWEEN = (
+    [0.042805794789804064, 0.595335439469961],
+    [-0.02236594942739742, 0.3395800475086446],
+)
+EFFORT_AT_ENDS = 1.0365745360148084
+
+places = st.floats(-1.0, 1.0)
+lengths = st.floats(0.01, 1.0)
+
+
+@given(
+    middle=st.floats(0.1, 0.9),
+    depth=st.floats(1e-6, 1.0),
+    bend=st.floats(0.1, 100.0),
+    aside=lengths,
+)
+def test_what_falls_below_zero_and_rises_again_may_hide(middle, depth, bend, aside):
+    """Parabolas with a third value before or behind the step; straight lines that meet below zero."""
+
+    def parabola(place):
+        return bend * (place - middle) ** 2 - depth
+
+    def lines(place):
+        return bend * abs(place - middle) - depth
+
+    for value in (parabola, lines):
+        if value(0.0) <= 0.0 or value(1.0) <= 0.0:
+            continue
+        for other in (-aside, 1.0 + aside):
+            for sign in (1.0, -1.0):
+                values = tuple([sign * value(place)] for place in (other, 0.0, 1.0))
+                assert may_hide((other, 0.0, 1.0), values)
+
+
+@given(slope=st.floats(-5.0, 5.0), start=st.floats(0.0, 2.0), aside=lengths)
+def test_nothing_hides_where_values_are_far_from_zero_beside_their_change(slope, start, aside):
+    values = tuple([abs(slope) * (2.0 + aside) + start + slope * x] for x in (-aside, 0.0, 1.0))
+    assert not may_hide((-aside, 0.0, 1.0), values)
+
+
+def test_what_shows_does_not_hide():
+    assert not may_hide((-1.0, 0.0, 1.0), ([2.0, -1.0], [0.1, -0.1], [-0.2, 0.3]))
+
+
+def test_nor_does_what_stays_at_zero():
+    """A motor at the end of its range while others move."""
+    assert not may_hide((-1.0, 0.0, 1.0), ([0.0], [0.0], [0.0]))
+
+
+def test_one_step_is_long_where_it_ends_near_zero():
+    assert may_hide_in_one_step(0.01, 0.01, 0.1)
+    assert not may_hide_in_one_step(0.5, 0.5, 0.1)
+    assert not may_hide_in_one_step(0.01, 0.01, 0.01)
+
+
+def test_a_stretch_without_stability_is_not_stepped_over():
+    """It was accepted: both ends of the only step were stable."""
+    first, last = UNSTABLE_BETWEEN
+    start = solve_inverse(load_robot("rfrfr"), first, stable_only=True)
+    with pytest.raises(UnstableEquilibrium) as refused:
+        solve_inverse(start.robot, last, start=start, stable_only=True)
+    assert refused.value.fraction == pytest.approx(0.89395868, abs=1e-8)
+    assert solve_inverse(start.robot, last, start=start).index_locked == 0  # nobody asked
+
+
+@pytest.mark.parametrize("points", [2, 5, 51, 201])
+def test_events_do_not_depend_on_how_many_points_are_kept(points):
+    first, last = UNSTABLE_BETWEEN
+    start = solve_inverse(load_robot("rfrfr"), first)
+    way = trace(start.robot, pose=last, start=start, points=points)
+    assert [event.kind for event in way.events] == ["stability", "stability"]
+    assert [event.index_after for event in way.events] == [1, 0]
+    fractions = [event.fraction for event in way.events]
+    np.testing.assert_allclose(fractions, [0.893958682, 0.997738997], atol=1e-8)
+
+
+@pytest.mark.parametrize("points", [2, 5, 51])
+@pytest.mark.parametrize(
+    ("name", "motors", "fractions"),
+    [
+        ("planar_body", [0.2254, -0.8642, -0.8537], [0.544125, 0.700302]),
+        ("rfrfr", [0.5539, 2.7269], [0.562094, 0.600365, 0.939471]),
+        ("rfrfr", [0.598, 2.3202], [0.614984, 0.694214]),
+        ("two_rods", [0.7442, 2.3877], [0.652940, 0.657377]),
+    ],
+)
+def test_inverse_singularities_come_in_pairs(name, motors, fractions, points):
+    """Pairs within a step were missed, the last one with 51 points too."""
+    way = trace(load_robot(name), motors=motors, points=points)
+    assert {event.kind for event in way.events} == {"singularity"}
+    np.testing.assert_allclose([event.fraction for event in way.events], fractions, atol=1e-6)
+
+
+def test_a_limit_is_kept_all_along():
+    """An effort was 5 % too large on the way, and accepted."""
+    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content["legs"][0]["motor"]["limits"] = {"effort": EFFORT_AT_ENDS}
+    robot = load_robot(content)
+    first, last = EFFORT_BETWEEN
+    start = solve_inverse(robot, first)
+    with pytest.raises(MotorLimitExceeded) as refused:
+        solve_inverse(robot, last, start=start)
+    assert refused.value.fraction == pytest.approx(0.0936, abs=1e-3)
+    for points in (2, 51):
+        way = trace(robot, pose=last, start=start, points=points)
+        assert [event.kind for event in way.events] == ["effort_limit"]
+
+
+@pytest.mark.parametrize("points", [2, 51, 101])
+def test_symmetric_ways_end_where_several_branches_cross(points):
+    """The determinant keeps its sign where two singular values pass zero: it was walked through."""
+    robot = three_swinging()
+    home = solve_home(robot)
+    below = [home.platform_position[2] - 0.02, 0.0, 0.0]
+    way = trace(robot, pose=below, points=points)
+    assert not way.reached
+    assert [event.kind for event in way.events] == ["bifurcation"]
+    assert "several branches cross" in way.events[0].message
+    with pytest.raises(NoInverseSolution, match="several branches cross"):
+        solve_inverse(robot, below)
