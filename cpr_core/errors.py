@@ -94,13 +94,15 @@ class UnknownParameter(InvalidRequest):
 
     Attributes:
         path: The path.
-        nearest: The path of a number that is called most like it; empty: none is.
+        nearest: The path of the number that was meant: of the leg or motor that is named, or in no leg,
+            and called most like it; empty: none is.
+        known: Where that leg or motor is instead, or which there are; may be empty.
     """
 
-    def __init__(self, path: str, nearest: str) -> None:
-        """Keep the path, and name the nearest."""
-        self.path, self.nearest = path, nearest
-        meant = f"; did you mean {nearest}?" if nearest else ""
+    def __init__(self, path: str, nearest: str, known: str = "") -> None:
+        """Keep the path, and name the nearest or what is known of it."""
+        self.path, self.nearest, self.known = path, nearest, known
+        meant = f"; did you mean {nearest}?" if nearest else f"; {known}" if known else ""
         super().__init__("parameters", f"the description has no number {path}{meant}")
 
 

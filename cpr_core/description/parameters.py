@@ -10,7 +10,6 @@ themselves; a default counts as if it were written.
 
 from __future__ import annotations
 
-import difflib
 import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,6 +21,7 @@ import numpy as np
 from ..errors import InvalidRequest, UnknownParameter
 from ..validation import checked_number
 from .description_paths import EVERY, Key, Place, is_number, numbers_in, path_of
+from .meant_parameters import unknown_parameter
 from .written_fields import WrittenFields
 
 __all__ = [
@@ -99,7 +99,8 @@ def named_parameter(written: WrittenFields, path: str) -> Parameter:
     """The parameter a path names.
 
     Raises:
-        UnknownParameter: There is no such number, or an entry that is named has none; tells the nearest.
+        UnknownParameter: There is no such number, or an entry that is named has none; tells
+            what was meant.
         InvalidRequest: Not a path, an entry is named twice, or what is there cannot be changed.
     """
     if not isinstance(path, str) or not _PATH.match(path):
@@ -267,5 +268,4 @@ def _unknown(written: WrittenFields, path: str) -> UnknownParameter:
         known |= dict.fromkeys(path for path, _ in numbers_in(value, name))
     known |= dict.fromkeys(path for path, _ in numbers_in(written.content))
     changeable = [name for name in known if not name.startswith(f"{_DISCRETISATION}.")]
-    nearest = difflib.get_close_matches(path.replace("[*]", "[0]"), changeable, n=1, cutoff=0.5)
-    return UnknownParameter(path, nearest[0] if nearest else "")
+    return unknown_parameter(written, path, changeable)
