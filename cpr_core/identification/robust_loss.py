@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+from functools import cache
 from typing import Literal, get_args
 
 import numpy as np
@@ -38,7 +40,8 @@ def loss_width(loss: Loss) -> float:
 def variance_factor(loss: Loss, residuals: Floats, unknowns: int) -> float:
     """By how much variances are those of least squares with the stated deviations.
 
-    Of an estimate by a loss with the derivative psi that is ``E[psi^2] / E[psi']^2``.
+    Of an estimate by a loss with the derivative psi that is ``E[psi^2] / E[psi']^2``. Noise is as it is
+    stated, which makes it a constant of the loss; outliers make it larger, and that the residuals say.
 
     Args:
         loss: The loss.
@@ -47,13 +50,40 @@ def variance_factor(loss: Loss, residuals: Floats, unknowns: int) -> float:
     """
     if loss == "linear":
         return 1.0
+    stated, count = _stated_factor(loss), len(residuals)
+    if count <= unknowns:  # nothing is left of the residuals, with outliers among them or not
+        return stated
+    pull, slope = _pull(loss, residuals), _slope(loss, residuals)
+    mean = max(float(slope.mean()), 1.0 / count)  # where all are outliers, as if one was none
+    # Huber, Robust Statistics (1981), 7.6: residuals are less than noise, as parameters follow it.
+    fewer = 1.0 + unknowns / count * float(slope.var()) / mean**2
+    return max(stated, fewer**2 * float(pull @ pull) / (count - unknowns) / mean**2)
+
+
+@cache
+def _stated_factor(loss: Loss) -> float:
+    """The same of noise that is normal with the stated deviations, by quadrature."""
+    noise, step = np.linspace(-10.0, 10.0, 4001, retstep=True)
+    density = step * np.exp(-0.5 * noise**2) / math.sqrt(2.0 * math.pi)
+    pull = _pull(loss, noise)
+    slope = density @ (noise * pull)  # E[psi'], by parts
+    return float(density @ pull**2 / slope**2)
+
+
+def _pull(loss: Loss, residuals: Floats) -> Floats:
+    """How the loss pulls at residuals in standard deviations, psi, (M,)."""
     width = _WIDTHS[loss]
     away = residuals / width
     if loss == "huber":
-        pull, slope = np.clip(away, -1.0, 1.0), (np.abs(away) <= 1.0).astype(float)
-    elif loss == "soft_l1":
-        pull, slope = away / np.sqrt(1.0 + away**2), (1.0 + away**2) ** -1.5
-    else:
-        pull, slope = away / (1.0 + away**2), (1.0 - away**2) / (1.0 + away**2) ** 2
-    freedom = max(len(residuals) - unknowns, 1)
-    return float(width**2 * (pull @ pull) / freedom / slope.mean() ** 2)
+        return np.clip(residuals, -width, width)
+    return residuals / (np.sqrt(1.0 + away**2) if loss == "soft_l1" else 1.0 + away**2)
+
+
+def _slope(loss: Loss, residuals: Floats) -> Floats:
+    """Its derivative, (M,)."""
+    away = residuals / _WIDTHS[loss]
+    if loss == "huber":
+        return (np.abs(away) <= 1.0).astype(float)
+    if loss == "soft_l1":
+        return np.asarray((1.0 + away**2) ** -1.5)
+    return np.asarray((1.0 - away**2) / (1.0 + away**2) ** 2)
