@@ -251,8 +251,8 @@ def _add_pose(parser: argparse._ActionsContainer, required: bool = False) -> Non
         type=float,
         required=required,
         metavar="C",
-        help="controlled coordinates in the order of the description, m and rad; a full pose is "
-        "x y z qw qx qy qz" + ("" if required else "; else home"),
+        help="controlled coordinates in the order of the description, m and rad, as forward prints "
+        "them; orientation is qw qx qy qz" + ("" if required else "; else home"),
     )
 
 

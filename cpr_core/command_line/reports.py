@@ -53,6 +53,8 @@ def equilibrium_as_dict(equilibrium: Equilibrium) -> dict[str, Any]:
             "position": equilibrium.platform_position.tolist(),
             "quaternion_wxyz": equilibrium.platform_quaternion.tolist(),
         },
+        "pose_names": list(pose_meaning(robot)),
+        "pose": equilibrium.pose.tolist(),
         "leg_coordinates": equilibrium.leg_coordinates.tolist(),
         "multipliers": equilibrium.multipliers.tolist(),
         "energy": equilibrium.energy,
@@ -88,7 +90,11 @@ def equilibrium_as_text(equilibrium: Equilibrium) -> str:
         f"  {verdict} with motors held (index {locked.index}, margin {locked.margin:.4f}); "
         f"index {free.index} at constant effort"
     )
-    lines.append(f"  controlled   {' '.join(pose_meaning(robot))}")
+    if names := pose_meaning(robot):  # as --pose takes them
+        pose = " ".join(f"{value:14.10f}" for value in equilibrium.pose)
+        lines.append(f"  controlled   {pose} ({' '.join(names)})")
+    else:
+        lines.append("  controlled   nothing")
     if equilibrium.objective:
         lines.append(f"  redundant    {equilibrium.objective.replace('_', ' ')}")
     return "\n".join(lines)

@@ -59,7 +59,16 @@ def pose_meaning(robot: Robot) -> tuple[str, ...]:
 def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
     """Position and rotation meant by controlled coordinates; the others as at the start."""
     names = pose_meaning(start.robot)
-    values = checked_vector("pose", pose, len(names), " ".join(names))
+    try:
+        values = checked_vector("pose", pose, len(names), " ".join(names))
+    except InvalidRequest as error:
+        if "qw" in names or not _is_whole(pose):
+            raise
+        raise InvalidRequest(
+            "pose",
+            f"{error.problem}; a quaternion is taken where the orientation is controlled, x y z qw qx "
+            "qy qz where all is",
+        ) from None
     pitch = values[names.index("pitch")] if "pitch" in names else 0.0
     if abs(pitch) > 0.5 * math.pi:
         doubt = angle_doubt(names, values)
@@ -70,6 +79,12 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
         )
     place = start.platform_position, start.platform_rotation
     return meant_by(start.robot.description.controlled, values, *place)
+
+
+def _is_whole(pose: ArrayLike) -> bool:
+    """Whether there are as many numbers as in a position and a quaternion."""
+    shape = (len(pose),) if isinstance(pose, list | tuple) else np.shape(pose)
+    return shape == (7,)
 
 
 def motor_vector(robot: Robot, name: str, values: ArrayLike) -> Floats:

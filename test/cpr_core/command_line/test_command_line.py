@@ -13,10 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from numpy.testing import assert_allclose
 
-from cpr_core import __version__
+from cpr_core import __version__, load_robot
 from cpr_core.command_line import main, modes_command
+from cpr_core.description.controlled_coordinates import numbers_of
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernel_warmup import compile_kernels
 from cpr_core.lie import rotation_from_quaternion
@@ -204,6 +206,51 @@ def test_text_says_the_same_as_json(cpr, solved, name):
         assert lines["quaternion"][:4] == quaternion
     else:
         assert "quaternion" not in lines  # a point has none
+    pose = [f"{value:.10f}" for value in result["pose"]]
+    assert lines["controlled"] == [*pose, *f"({' '.join(result['pose_names'])})".split()]
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "three_rfr_hubs", "six_rfs", "delta"])
+def test_what_forward_prints_is_a_pose_for_inverse(cpr, solved, name):
+    described = load_robot(name).description
+    arguments = ("forward", name, "--motors", *described.home.motors)
+    result = solved(*arguments)
+    assert result["pose_names"] == list(numbers_of(described.controlled))
+    assert solved("inverse", name, "--pose", *result["pose"])["pose"] == pytest.approx(
+        result["pose"], abs=1e-9
+    )
+    status, out, _ = cpr(*arguments)
+    (line,) = [line for line in out.splitlines() if line.startswith("  controlled ")]
+    printed = line.split("(")[0].split()[1:]
+    found = solved("inverse", name, "--pose", *printed)
+    assert status == 0
+    assert_allclose(found["motors"], result["motors"], rtol=0.0, atol=1e-7)
+
+
+def test_angles_alone_are_printed_for_inverse_too(cpr, solved, tmp_path):
+    content = yaml.safe_load(shipped_robots()["six_rfs"].read_text(encoding="utf-8"))
+    content |= {"controlled": ["z", "roll", "pitch", "yaw", "x", "y"]}
+    file = tmp_path / "angles.yaml"
+    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+    result = solved("forward", file, "--motors", *HOME["six_rfs"])
+    assert result["pose_names"] == ["z", "roll", "pitch", "yaw", "x", "y"]
+    found = solved("inverse", file, "--pose", *result["pose"])
+    assert_allclose(found["motors"], HOME["six_rfs"], rtol=0.0, atol=1e-9)
+
+
+def test_robots_that_control_nothing_print_no_pose(cpr, solved, tmp_path):
+    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text(encoding="utf-8"))
+    content["legs"].append(
+        content["legs"][0] | {"base": {"position": [0, 0, 0], "tangent": [1, 0, 0]}}
+    )
+    content |= {"controlled": []}
+    content["home"] = {"motors": [2.59, 0.55, 1.3], "bow": "left"}
+    file = tmp_path / "nothing.yaml"
+    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+    arguments = ("forward", file, "--motors", 2.59, 0.55, 1.3)
+    result = solved(*arguments)
+    assert result["pose"] == result["pose_names"] == []
+    assert "\n  controlled   nothing\n" in cpr(*arguments)[1] + "\n"
 
 
 def test_version_and_help(cpr):
@@ -352,6 +399,14 @@ def test_the_wrong_number_of_coordinates_is_refused(failed, name, count, expecte
     status, code, message = failed("inverse", name, "--pose", *[0.5] * count)
     assert (status, code) == (2, "INVALID_ROBOT_STATE")
     assert message == f"pose: expected {expected}, got {count}"
+
+
+@pytest.mark.parametrize("count", [6, 7])
+def test_a_quaternion_is_refused_by_what_it_is_where_it_is_none(failed, count):
+    _, code, message = failed("inverse", "three_rfr_hubs", "--pose", *[0.5] * count)
+    why = "; a quaternion is taken where the orientation is controlled, x y z qw qx qy qz where all is"
+    assert code == "INVALID_ROBOT_STATE"
+    assert message == f"pose: expected 3 numbers (x y angle), got {count}" + why * (count == 7)
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "1e999"])
