@@ -196,7 +196,7 @@ def kinemato_statics_as_dict(
         "efforts_by_wrench": model.efforts_by_wrench.tolist(),
         "compliance_motors_held": model.compliance().tolist(),
         "stiffness_motors_held": _stiffness(model),
-        "compliance_constant_effort": model.compliance(np.zeros(robot.motor_count)).tolist(),
+        "compliance_constant_effort": _compliance_constant_effort(model),
         "singularities": singularities,
     }
 
@@ -205,6 +205,15 @@ def _stiffness(model: KinematoStatics) -> list[list[float]] | None:
     """Stiffness of the platform; None where it cannot move in some direction."""
     try:
         return cast(list[list[float]], model.stiffness().tolist())
+    except InvalidRequest:
+        return None
+
+
+def _compliance_constant_effort(model: KinematoStatics) -> list[list[float]] | None:
+    """Compliance with motors at constant effort; None where they do not hold the robot."""
+    try:
+        stiffness = np.zeros(model.equilibrium.robot.motor_count)
+        return cast(list[list[float]], model.compliance(stiffness).tolist())
     except InvalidRequest:
         return None
 
@@ -224,6 +233,10 @@ def kinemato_statics_as_text(model: KinematoStatics, characteristic_length: floa
             f"  {row:<8}" + "".join(f"{value:12.4g}" for value in numbers)
             for row, numbers in zip(rows, values[key], strict=True)
         ]
+    if values["compliance_constant_effort"] is None:
+        lines.append(
+            "  motors at constant effort do not hold the robot: it moves without any force"
+        )
     for problem, found in values["singularities"].items():
         lines.append(
             f"  {problem:<18} smallest singular value {found['smallest_singular_value']:.4g}, "

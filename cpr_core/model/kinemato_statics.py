@@ -34,6 +34,10 @@ Floats = NDArray[np.float64]
 
 #: Part of the largest compliance, in radians and rod lengths, below which there is none: rounding is.
 _RIGID = 1e-12
+#: Condition number, in problem units, beyond which what is found is rounding.
+_SINGULAR = 1e12
+#: Stiffness of the motors, in problem units, above which they surely hold: no rounding is as large.
+_HELD = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +148,7 @@ class KinematoStatics(LinearProblems):
         scale = self.equilibrium.robot.motor_units
         jacobian = self._controlled @ self.jacobian * scale
         rows, columns = jacobian.shape
-        if not 0 < rows <= columns or np.linalg.cond(jacobian) > 1e12:
+        if not 0 < rows <= columns or np.linalg.cond(jacobian) > _SINGULAR:
             raise InvalidRequest(
                 "platform", "expected a regular inverse problem, this is an inverse singularity"
             )
@@ -226,7 +230,7 @@ class KinematoStatics(LinearProblems):
         a, p, e, w = self.matrices()
         columns = np.hstack([a, p, -w])
         matrix = np.hstack([columns[:, unknown], e])
-        if np.linalg.cond(matrix) > 1e12:
+        if np.linalg.cond(matrix) > _SINGULAR:
             raise InvalidRequest("increments", "these do not determine the others (a singularity)")
         found = scipy.linalg.solve(matrix, -columns[:, ~unknown] @ given[~unknown])
         given[unknown] = found[: n + size]
@@ -248,6 +252,10 @@ class KinematoStatics(LinearProblems):
         Args:
             motor_stiffness: Stiffness of the motors' position loops, ``dtau_a = -k dq_a``, (n,)
                 [N m/rad or N/m]; None: motors held; zeros: motors at constant effort.
+
+        Raises:
+            InvalidRequest: No stiffness of motors, or they do not hold the robot, which then moves
+                without any force.
         """
         if motor_stiffness is None:
             return self.platform_by_wrench
@@ -257,6 +265,7 @@ class KinematoStatics(LinearProblems):
             raise InvalidRequest(
                 "motor_stiffness", f"expected numbers of at least 0, got {stiffness.tolist()}"
             )
+        self._check_held(stiffness)
         yielding = self.efforts_by_motors + np.diag(stiffness)
         # Some motors may be ever so stiff and others soft: each in a unit of its own.
         unit = 1.0 / np.sqrt(np.maximum(np.abs(yielding).max(axis=1), np.finfo(float).tiny))
@@ -264,6 +273,35 @@ class KinematoStatics(LinearProblems):
             yielding * unit[:, None] * unit, unit[:, None] * self.efforts_by_wrench
         )
         return self.platform_by_wrench - self.jacobian @ (unit[:, None] * moved)
+
+    def _check_held(self, stiffness: Floats) -> None:
+        """Whether motors whose position loops have a stiffness hold the robot, (n,) [N m/rad or N/m].
+
+        Raises:
+            InvalidRequest: They do not.
+        """
+        robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
+        own = problem_units(robot, None)
+        unit = own.states[robot.motor_indices]
+        loops = stiffness * unit / own.energy * unit
+        yielding = self.efforts_by_motors * unit[:, None] / own.energy * unit
+        if np.linalg.svd(yielding + np.diag(loops), compute_uv=False)[-1] > _HELD:
+            return
+        # The efforts are differences of what may be large: they do not tell rounding from what is soft.
+        a, p, e, w = self.matrices()
+        scale = 1.0 / np.maximum(loops, 1.0)
+        matrix = np.hstack([a * scale + w[:, :n] * (loops * scale), p, e])
+        _, values, directions = np.linalg.svd(matrix)
+        if values[-1] * _SINGULAR > values[0]:
+            return
+        motors = _told(scale * unit * directions[-1, :n])
+        twist = own.states[robot.platform_indices] * directions[-1, n : n + p.shape[1]]
+        raise InvalidRequest(
+            "motor_stiffness",
+            f"expected motors that hold the robot: with these its motors move by [{motors}], and its "
+            f"platform along its twist [{_told(twist)}] (turn, then shift, in its frame), without any "
+            "force (a singularity)",
+        )
 
     def stiffness(self, motor_stiffness: ArrayLike | None = None) -> Floats:
         """Stiffness ``dw_p/dSigma_p``, the inverse of :meth:`compliance`.
@@ -273,20 +311,30 @@ class KinematoStatics(LinearProblems):
 
         Raises:
             InvalidRequest: The platform cannot move in some direction, as a rigid leg holds it or rods
-                that are straight: there is no stiffness. Or no stiffness of motors.
+                that are straight: there is no stiffness. Or it moves without any force, or hardly any
+                beside what it takes in other directions. Or no stiffness of motors.
         """
         robot, compliance = self.equilibrium.robot, self.compliance(motor_stiffness)
         unit = robot.arrays.unit[robot.platform_indices]
         scaled = compliance / unit[:, None] / unit
         directions, values, _ = np.linalg.svd(scaled)
         if values[-1] <= _RIGID * values[0]:
-            way = ", ".join(f"{part:.3g}" for part in unit * directions[:, -1])
+            held = np.abs(self.platform_by_wrench / unit[:, None] / unit).max()
+            problem, way = "a platform that can move, this one cannot", directions[:, -1]
+            if values[-1] > _RIGID * held:
+                problem, way = "motors that hold the platform, it moves freely", directions[:, 0]
             raise InvalidRequest(
                 "stiffness",
-                f"expected a platform that can move, this one cannot along its twist [{way}] "
+                f"expected {problem} along its twist [{_told(unit * way)}] "
                 "(turn, then shift, in its frame): the compliance is singular",
             )
         return np.asarray(np.linalg.inv(scaled) / unit[:, None] / unit, float)
+
+
+def _told(direction: Floats) -> str:
+    """A direction in few digits, its rounding as zeros."""
+    rounding = 1e-9 * np.abs(direction).max(initial=0.0)
+    return ", ".join(f"{part if abs(part) > rounding else 0.0:.3g}" for part in direction.tolist())
 
 
 def kinemato_statics(equilibrium: Equilibrium) -> KinematoStatics:

@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 from helpers.rigid_leg import rigid_leg
+from helpers.turntable import turntable
 
 from cpr_core import (
     kinemato_statics,
@@ -62,6 +63,15 @@ def test_kinemato_has_no_stiffness_where_a_rigid_leg_holds_the_platform():
     model = kinemato_statics(solve_home(rigid_leg()))
     assert kinemato_statics_as_dict(model, None)["stiffness_motors_held"] is None
     assert "compliance" in kinemato_statics_as_text(model, None)
+
+
+def test_kinemato_answers_where_motors_at_constant_effort_hold_nothing():
+    model, word = kinemato_statics(solve_home(turntable())), "do not hold the robot"
+    values = kinemato_statics_as_dict(model, None)
+    assert values["compliance_constant_effort"] is None
+    assert np.isfinite(values["compliance_motors_held"]).all()
+    assert word in kinemato_statics_as_text(model, None)
+    assert word not in kinemato_statics_as_text(kinemato_statics(solve_home(rigid_leg())), None)
 
 
 @pytest.mark.parametrize("name", sorted(shipped_robots()))

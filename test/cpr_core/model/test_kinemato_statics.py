@@ -8,6 +8,7 @@ import pytest
 from helpers.placed_equilibria import close, placed
 from helpers.rigid_leg import rigid_leg
 from helpers.shipped_steps import REDUNDANT, STEPS
+from helpers.turntable import turntable
 
 from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home, solve_inverse
 from cpr_core.description.description_file import shipped_robots
@@ -120,6 +121,72 @@ def test_a_platform_that_cannot_move_along_a_rigid_leg_has_no_stiffness():
     assert named[0] == pytest.approx(0.0, abs=1e-9)
     yielding = model.compliance([5.0, 5.0, 5.0])
     close(model.stiffness([5.0, 5.0, 5.0]) @ yielding, np.eye(3))
+
+
+def turned_arm(motor, ratio=1.0):
+    """A bow that a motor turns, clamped to the platform, without loads."""
+    home = load_robot(
+        {
+            "name": "arm",
+            "space": "planar",
+            "rod": {
+                "length": 0.5,
+                "section": {"shape": "circular", "radius": 0.001},
+                "young_modulus": 210e9,
+                "shear_modulus": 80e9,
+                "rest_curvature": {"bending_3": [2.0]},
+            },
+            "strain": {"bending_3": 4},
+            "legs": [
+                {
+                    "base": {"position": [0, 0, 0], "tangent": [1, 0, 0]},
+                    "motor": {"type": "revolute", "axis": [0, 0, 1], "ratio": ratio},
+                    "tip": {"type": "fixed", "position": [0, 0, 0], "tangent": [1, 0, 0]},
+                }
+            ],
+            "controlled": ["angle"],
+            "home": {"motors": [0.0], "platform": {"position": [0.42, 0.23, 0]}},
+        }
+    )
+    return kinemato_statics(solve_forward(home, [motor / ratio]))
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.01])
+@pytest.mark.parametrize("motor", [0.0, 0.3, 0.5, 0.7, 1.0])
+def test_motors_that_hold_nothing_give_no_compliance_whatever_rounding_leaves(motor, ratio):
+    model = turned_arm(motor, ratio)
+    tip = model.equilibrium.platform_rotation.T @ -model.equilibrium.platform_position
+    for ask in (model.compliance, model.stiffness):
+        with pytest.raises(
+            InvalidRequest, match=r"^motor_stiffness: .* without any force"
+        ) as caught:
+            ask([0.0])
+    by_motor, by_platform = (
+        np.array(part.split("]")[0].split(", "), float) for part in str(caught.value).split("[")[1:]
+    )
+    turn = by_platform[0]
+    assert abs(by_motor[0] * ratio) == pytest.approx(abs(turn), rel=1e-2)
+    np.testing.assert_allclose(by_platform[1:] / turn, [tip[1], -tip[0]], atol=2e-3)
+    close(model.compliance([1e12]), model.compliance())
+    soft = 1e-7 * ratio**2
+    yielding = model.compliance([soft])
+    assert yielding[0, 0] - model.compliance()[0, 0] == pytest.approx(1e7, rel=1e-6)
+    np.testing.assert_allclose(model.stiffness([soft]) @ yielding, np.eye(3), atol=1e-5)
+
+
+def test_a_platform_that_hardly_anything_holds_is_not_said_to_be_held():
+    """Beside a motion that is so soft nothing is left of the others."""
+    with pytest.raises(InvalidRequest, match=r"^stiffness: .* moves freely along its twist"):
+        turned_arm(0.3).stiffness([1e-11])
+
+
+def test_a_turntable_at_constant_effort_has_no_compliance():
+    model = kinemato_statics(solve_home(turntable()))
+    with pytest.raises(
+        InvalidRequest, match=r"twist \[0, 0, -?0.707, 0, 0, 0\] .* without any force"
+    ):
+        model.compliance([0.0])
+    assert np.isfinite(model.compliance([5.0])).all()
 
 
 def test_compliance_at_constant_effort_is_that_of_the_condensed_stiffness(equilibrium):

@@ -18,6 +18,7 @@ from geometry_msgs.msg import WrenchStamped
 from helpers.drive import SETTINGS, Drive, changed_robot, robot, uncontrolled_robot
 from helpers.markers import markers_of
 from helpers.rigid_leg import rigid_leg
+from helpers.turntable import turntable
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import Marker
 
@@ -338,3 +339,11 @@ def test_a_platform_that_a_rigid_leg_holds_has_no_stiffness_in_messages():
     assert np.isfinite(answer.stiffness).all()
     with pytest.raises(InvalidRequest, match="motor_stiffness"):
         fill_kinemato_statics(home, GetKinematoStatics.Request(motor_stiffness=[5.0]), answer)
+
+
+def test_motors_that_hold_nothing_are_refused_in_messages():
+    home, answer = solve_home(turntable()), GetKinematoStatics.Response()
+    with pytest.raises(InvalidRequest, match=r"motor_stiffness: .* without any force"):
+        fill_kinemato_statics(home, GetKinematoStatics.Request(motor_stiffness=[0.0]), answer)
+    fill_kinemato_statics(home, GetKinematoStatics.Request(), answer)
+    assert np.isfinite(answer.compliance).all()
