@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import scipy
@@ -20,11 +22,11 @@ from ..model.robot import Robot
 from ..solving.geometrico_statics import solve_forward
 from .compared import ComparedRow, measured_numbers, predicted_numbers
 from .compared_layout import KINDS, kinds_of
+from .effort_doubts import BETTER, THOUSAND, other_efforts
 from .measurements import Measurement, StandardDeviations
 from .tracker_rates import of_tracker
 
 __all__ = [
-    "THOUSAND",
     "bound_doubts",
     "check_measured",
     "fit_doubts",
@@ -36,8 +38,6 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-#: Ratios of measured to predicted numbers between which one unit is taken for another.
-THOUSAND = (200.0, 5000.0)
 #: Fewest rows of which something can be said together.
 _FEW = 3
 #: A sensor that shows the same is stuck where predictions differ by so many standard deviations.
@@ -49,8 +49,6 @@ _CHANCE = 1e-3
 #: How far out of its plane a planar robot may be measured: in standard deviations, and in rod lengths or
 #: radians. What is farther by both is of another frame, or of another order of numbers.
 _OUT_OF_PLANE, _NEAR_PLANE = 10.0, 0.02
-#: Residuals that another unit of the motors has to leave, of those they have as they are.
-_BETTER = 0.3
 #: How near to a bound, in standard deviations, is at it.
 _AT_BOUND = 1e-2
 
@@ -159,7 +157,21 @@ def check_measured(
             if THOUSAND[0] < seen < THOUSAND[1]:
                 many = "times as large as" if seen is ratio else "times smaller than"
                 problem = f"about {seen:.0f} {many} predicted: another unit? expected {unit}"
+                if name == "efforts":
+                    problem += _as_other_efforts(rows, predicted)
                 raise InvalidRequest(f"measurements: {name}", problem)
+
+
+def _as_other_efforts(rows: Sequence[Measurement], predicted: Sequence[Equilibrium]) -> str:
+    """What else than another unit efforts look like, to go on with in words; empty: nothing."""
+    pairs = [
+        (row.efforts, found.efforts)
+        for row, found in zip(rows, predicted, strict=True)
+        if row.efforts is not None
+    ]
+    measured, modelled = (np.array(each) for each in zip(*pairs, strict=True))
+    readings = other_efforts(predicted[0].robot, measured, modelled)
+    return "".join(f"; {reading.doubt}" for reading in readings)
 
 
 def _from_the_middle(
@@ -298,23 +310,49 @@ def fit_doubts(
         return []
     if freedom < _FREE and scipy.special.gammaincc(0.5 * freedom, 0.5 * freedom * fit**2) > _CHANCE:
         return []
-    pairs = [(row, unit_doubt(described[0].robot, row.measurement)) for row in rows]
-    if not any(doubt for _, doubt in pairs):
-        sizes = [
-            np.linalg.norm(row.residual(found)) for row, found in zip(rows, described, strict=True)
-        ]
-        worst = int(np.argmax(sizes))
-        pairs = [(rows[worst], _other_unit(rows[worst], described[worst]))]
+    robot = described[0].robot
+    pairs = [(row, unit_doubt(robot, row.measurement)) for row in rows]
+    told = [f"{row.measurement.label}: {doubt}" for row, doubt in pairs if doubt][:1]
+    if not told and (doubt := _other_efforts(rows, described) or _other_unit(rows, described)):
+        told = [doubt]
     return [
         f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "
         "deviations that are too small, or a robot that differs in more than these parameters",
-        *[f"{row.measurement.label}: {doubt}" for row, doubt in pairs if doubt][:1],
+        *told,
         *([f"on the way there were no robots: {refused}"] if refused else []),
     ]
 
 
-def _other_unit(row: ComparedRow, found: Equilibrium) -> str:
-    """In which other unit the motors of a row fit much better; empty: in none."""
+def _other_efforts(rows: Sequence[ComparedRow], described: Sequence[Equilibrium]) -> str:
+    """As which other efforts those that are compared fit much better; empty: as none."""
+    pairs = [
+        (row, row.measurement.efforts, found)
+        for row, found in zip(rows, described, strict=True)
+        if row.measurement.efforts is not None and (row.kinds == "efforts").any()
+    ]
+    if not pairs:
+        return ""
+    measured = np.array([efforts for _, efforts, _ in pairs])
+    modelled = np.array([found.efforts for _, _, found in pairs])
+    before = np.linalg.norm([np.linalg.norm(row.residual(found)) for row, _, found in pairs])
+    for reading in other_efforts(described[0].robot, measured, modelled):
+        left = []
+        for row, efforts, found in pairs:
+            meant: Any = [None if math.isnan(each) else each for each in reading.factors * efforts]
+            other = replace(row, measurement=replace(row.measurement, efforts=meant))
+            left.append(np.linalg.norm(other.residual(found)))
+        if np.linalg.norm(left) < BETTER * before:
+            return reading.doubt
+    return ""
+
+
+def _other_unit(rows: Sequence[ComparedRow], described: Sequence[Equilibrium]) -> str:
+    """In which other unit the motors of the worst row fit much better; empty: in none."""
+    sizes = [
+        np.linalg.norm(row.residual(found)) for row, found in zip(rows, described, strict=True)
+    ]
+    worst = int(np.argmax(sizes))
+    row, found = rows[worst], described[worst]
     motors, robot = row.measurement.motors, found.robot
     if row.problem != "motors" or motors is None:
         return ""
@@ -323,8 +361,8 @@ def _other_unit(row: ComparedRow, found: Equilibrium) -> str:
             other = solve_forward(robot, meant, loads=found.loads)
         except CprError:
             continue
-        if np.linalg.norm(row.residual(other)) < _BETTER * np.linalg.norm(row.residual(found)):
-            return doubt
+        if np.linalg.norm(row.residual(other)) < BETTER * sizes[worst]:
+            return f"{row.measurement.label}: {doubt}"
     return ""
 
 

@@ -8,6 +8,7 @@ The derivation is in docs/derivations.md, "Felt wrenches"; docs/wrench.md shows 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,8 +24,9 @@ from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
 from ..solving.deadline import Deadline
 from ..solving.geometrico_statics import checked_start, solve_forward
-from ..solving.not_reached import NoForwardSolution, TimeLimitExceeded
+from ..solving.not_reached import NoForwardSolution, NotReached, TimeLimitExceeded
 from ..validation import ReadOnlyArrays, cached_property
+from .effort_doubts import BETTER
 from .felt_directions import FeltDirections, felt_directions
 from .mixed_steps import MixedSteps
 from .pushed_equilibrium import pushed_equilibrium
@@ -43,11 +45,14 @@ _STEPS, _HALVINGS = 50, 10
 #: Why it is given up: near the border of stability, where steps become ever shorter, or beside it.
 _BORDER = "no stable equilibrium goes on from one"
 _ENDLESS = "the steps of Newton's method did not end, the last is"
+_LATE = "the time allowed was over"
 #: How the way along what is not felt is gone, one after the other where one leads nowhere: what part of
 #: it is taken, and whether steps are mixed.
 _WAYS = ((1.0, False), (1.0, True), (0.3, True))
 #: Steps that are not mixed and have not become shorter for so long go around the end.
 _AROUND = 16
+#: Measurements that are less likely by noise alone contradict each other: another sign is looked for.
+_CHANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,7 +67,8 @@ class WrenchEstimate(ReadOnlyArrays):
         equilibrium: Where the robot is, at the measured motors under the loads and the wrench.
         chi_square: Sum of the squares of what is left of the measurements, in standard deviations.
         degrees_of_freedom: Measured numbers beyond those the wrench needs: what ``chi_square`` is to be.
-        doubt: What looks like another unit in the measurements, in words; empty: nothing.
+        doubt: What looks like another unit in the efforts or, where the measurements contradict each
+            other, like the other sign or those behind a gear, in words; empty: nothing.
         loads: What acts beside the wrench.
         directions: What is felt, and what is not.
     """
@@ -112,9 +118,7 @@ class WrenchEstimate(ReadOnlyArrays):
     @cached_property
     def consistency(self) -> float:
         """Probability of a ``chi_square`` as large, had noise alone made it; 1: nothing to tell."""
-        if not self.degrees_of_freedom:
-            return 1.0
-        return float(scipy.special.gammaincc(0.5 * self.degrees_of_freedom, 0.5 * self.chi_square))
+        return _consistency(self.chi_square, self.degrees_of_freedom)
 
     @property
     def words(self) -> str:
@@ -231,7 +235,8 @@ class _Search:
         What is felt has hardly changed: it is looked at again only where these have led to.
         """
         felt, measured = last.directions, self.measured
-        if measured.doubt(last._unloaded) != last.doubt:  # or the motors have come far since
+        # It is doubted what units they are, or the motors have come far since; or other efforts before.
+        if measured.doubt(last._unloaded) != last.doubt:
             return self.from_afar(last.equilibrium)
         wrench = last.wrench_world[self.robot.platform_axes] / self.units
         residual = measured.residual(last.equilibrium) - measured.by_way(felt.response)
@@ -260,10 +265,10 @@ class _Search:
         """
         for part, mixes in _WAYS:
             end = self._end(start, wrench, residual, part, mixes)
-            if not end.hindrance or end.felt.count == len(wrench):
+            if end.hindrance in ("", _LATE) or end.felt.count == len(wrench):
                 break
         if end.hindrance:
-            raise self._lost(end, self.measured.doubt(unloaded))
+            raise self._lost(end, self.measured.doubt(unloaded) or self._other_efforts(unloaded))
         return self._estimate(end, unloaded)
 
     def _end(
@@ -295,7 +300,7 @@ class _Search:
                 ahead = wrench + fraction * step
                 reached = self._reached(found, ahead)
                 if self.deadline.over:
-                    raise TimeLimitExceeded("wrench: the time allowed was over", 0.0, found)
+                    return _End(found, felt, wrench, residual, _LATE)
                 if reached is not None:
                     left = self.measured.residual(reached)
                     # What is not felt may be taken back at the cost of some of the residual.
@@ -328,27 +333,60 @@ class _Search:
         """What was found; the last step counts to first order."""
         felt = end.felt
         free, left = self.measured.weights.count - felt.count, felt.left_over(end.residual)
+        squares = float(left @ left) if free > 0 else 0.0
+        doubt = self.measured.doubt(unloaded)
+        if not doubt and _consistency(squares, free) < _CHANCE:
+            doubt = self._other_efforts(unloaded, squares)
         return WrenchEstimate(
             wrench_world=self._world(end.wrench),
             observability=felt.observability,
             equilibrium=end.found,
-            chi_square=float(left @ left) if free > 0 else 0.0,
+            chi_square=squares,
             degrees_of_freedom=max(0, free),
-            doubt=self.measured.doubt(unloaded),
+            doubt=doubt,
             loads=self.known,
             directions=felt,
             _load_arrays=self.arrays,
             _unloaded=unloaded,
         )
 
-    def _lost(self, end: _End, doubt: str) -> NoForwardSolution:
+    def _other_efforts(self, unloaded: Equilibrium, squares: float = math.inf) -> str:
+        """What efforts that no wrench explains look like, in words; empty: nothing else.
+
+        Args:
+            unloaded: Without a wrench, at these motors or near.
+            squares: What a wrench leaves of the measurements as they are; infinite: none was found.
+        """
+        free: Equilibrium | None = unloaded
+        if not np.array_equal(unloaded.motors, self.measured.motors):
+            free = pushed_equilibrium(unloaded, self.measured.motors, self.known, self.arrays, None)
+        if free is None:
+            return ""
+        for other, doubt in self.measured.other_efforts(free):
+            felt = felt_directions(other, world_response(free))
+            left = felt.left_over(other.residual(free))
+            if left @ left < BETTER**2 * squares:
+                return doubt
+        return ""
+
+    def _lost(self, end: _End, doubt: str) -> NotReached:
         """The error where no wrench was found."""
+        more = f"; {doubt}" if doubt else ""
+        if end.hindrance == _LATE:
+            return TimeLimitExceeded(f"wrench: {_LATE}{more}", 0.0, end.found)
         numbers = ", ".join(f"{value:.3g}" for value in self._world(end.wrench))
         text = (
             f"no wrench was found near the start that explains the measurements: {end.hindrance} "
             f"under mx my mz fx fy fz = ({numbers}) N m, N"
         )
-        return NoForwardSolution(f"{text}; {doubt}" if doubt else text, 0.0, end.found)
+        return NoForwardSolution(f"{text}{more}", 0.0, end.found)
+
+
+def _consistency(squares: float, freedom: int) -> float:
+    """Probability of a sum of squares as large, had noise alone made it; 1: nothing to tell."""
+    if freedom <= 0:
+        return 1.0
+    return float(scipy.special.gammaincc(0.5 * freedom, 0.5 * squares))
 
 
 def _size(step: Floats) -> float:

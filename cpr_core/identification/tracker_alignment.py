@@ -22,7 +22,7 @@ from ..description.tracker import Tracker
 from ..errors import InvalidRequest
 from ..lie import projected_rotation, rotation_exp, rotation_log
 from ..model.equilibrium import Equilibrium
-from .doubts import THOUSAND
+from .effort_doubts import THOUSAND
 from .measurements import Measurement, StandardDeviations
 from .tracker_rows import TrackerRows
 

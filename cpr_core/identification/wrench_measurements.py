@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,8 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, kept_with_robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
 from ..validation import checked_vector
-from .doubts import THOUSAND, plane_doubt
+from .doubts import plane_doubt
+from .effort_doubts import effort_unit_doubt, other_efforts
 from .measurements import LARGEST_DEVIATION, SMALLEST_DEVIATION
 from .residual_kernel import residual_into
 
@@ -32,8 +33,6 @@ Floats = NDArray[np.float64]
 #: What is not measured, of the same types for the kernel: read-only, but for the turn.
 _NO_EFFORTS, _NO_PLACE, _NO_TURN = np.zeros(0), np.zeros(3), np.eye(3)
 _NO_EFFORTS.flags.writeable = _NO_PLACE.flags.writeable = False
-#: What efforts that are a thousand times too large, or too small, are large or small beside.
-_LARGE, _SMALL = 10.0, 0.01
 #: Trace of a turn by a right angle: less is farther, and only there an order of numbers is doubted.
 _FAR_TRACE = 1.0
 #: So many weights are kept: a camera may send other deviations with every pose.
@@ -125,17 +124,22 @@ class WrenchMeasurements:
         """What looks like other units in the efforts, seen from those of the model; empty: nothing."""
         if self.efforts is None:
             return ""
-        # Torques in E J / l, forces in E J / l^2, so that motors that turn and such that push add up.
-        units = effort_units(equilibrium.robot)
-        measured = float(np.linalg.norm(self.efforts / units))
-        modelled = float(np.linalg.norm(equilibrium.efforts / units))
-        if THOUSAND[0] * modelled < measured < THOUSAND[1] * modelled and measured > _LARGE:
-            seen = "a thousand times those of the model without a wrench: are they in N mm?"
-        elif THOUSAND[0] * measured < modelled < THOUSAND[1] * measured and modelled > _SMALL:
-            seen = "a thousandth of those of the model without a wrench: are they in kN m?"
-        else:
-            return ""
-        return f"the measured efforts are about {seen} N m and N are expected"
+        return effort_unit_doubt(equilibrium.robot, self._known_efforts, equilibrium.efforts)
+
+    def other_efforts(self, equilibrium: Equilibrium) -> Iterator[tuple[WrenchMeasurements, str]]:
+        """The same with efforts that are near those of the model, and what then looks wrong."""
+        if self.efforts is None:
+            return
+        given = self._known_efforts, equilibrium.efforts
+        for reading in other_efforts(equilibrium.robot, *given):
+            yield replace(self, efforts=reading.factors * self.efforts), reading.doubt
+
+    @property
+    def _known_efforts(self) -> Floats:
+        """Motor efforts, NaN for motors without a sensor, (n,) [N m or N]; (0,) if none is measured."""
+        if self.efforts is None:
+            return _NO_EFFORTS
+        return np.where(self.weights.rows[: len(self.efforts)] > 0.0, self.efforts, np.nan)
 
 
 def wrench_measurements(

@@ -168,6 +168,7 @@ def test_a_measured_pose_is_taken_with_the_efforts(measured):
         ([np.nan] * 6, "all finite, got [nan"),
         ([1.0, 2.0], "expected 6 numbers, got 2"),
         ("thousandfold", "N mm?"),
+        ("negated", "efforts look like those with the other sign"),
         (None, "s old, more than measured_timeout"),
     ],
 )
@@ -196,8 +197,9 @@ def test_it_is_silent_where_it_cannot_be_trusted_and_says_why(measured, efforts,
         lambda: robot.estimates and robot.told() and robot.told().level == DiagnosticStatus.OK,
     )
     said_before = said()
-    if efforts == "thousandfold":
-        efforts = (1000.0 * robot.true.efforts).tolist()
+    if isinstance(efforts, str):
+        factor = {"thousandfold": 1000.0, "negated": -1.0}[efforts]
+        efforts = (factor * robot.true.efforts).tolist()
     given = False if efforts is None else efforts
     measure(given, lambda: reason in robot.told().message)
     assert robot.told().level == DiagnosticStatus.WARN
