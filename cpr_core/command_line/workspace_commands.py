@@ -89,7 +89,8 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         default="index",
         metavar="NAME",
         help=f"what --plot draws: {', '.join(FIELDS)}, where the robot has limits limit_margin, a "
-        "motor, or the effort of one (MOTOR_effort); default %(default)s",
+        "motor, or the effort of one (MOTOR_effort); motor:NAME is a motor called like one of these; "
+        "default %(default)s",
     )
     parser.add_argument(
         "--threshold",

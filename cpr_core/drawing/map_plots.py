@@ -43,6 +43,8 @@ FIELDS = (
     "energy",
     "usable",
 )
+#: What can be drawn of those of robots with limits besides.
+_OF_LIMITS = "limit_margin"
 #: Colours that the colour-blind tell apart (Okabe and Ito): indices 0, 1, 2, more; then red.
 _INDEX_COLORS = ("#9AD0F0", "#F0E442", "#CC79A7", "#5A5A5A")
 _RED = "#C22000"
@@ -58,8 +60,19 @@ _MOST_PANELS = 9
 
 def field_names(robot: Robot) -> tuple[str, ...]:
     """What can be drawn of a robot's maps."""
-    names = (*FIELDS, "limit_margin") if limits_of(robot) else FIELDS
-    return (*names, *robot.motor_names, *(f"{name}_effort" for name in robot.motor_names))
+    names = (*FIELDS, _OF_LIMITS) if limits_of(robot) else FIELDS
+    return (*names, *_positions(robot), *_efforts(robot))
+
+
+def _positions(robot: Robot) -> tuple[str, ...]:
+    """Fields of the motors: their names, unless something else is called so."""
+    others = (*FIELDS, _OF_LIMITS, *_efforts(robot))
+    return tuple(f"motor:{name}" if name in others else name for name in robot.motor_names)
+
+
+def _efforts(robot: Robot) -> tuple[str, ...]:
+    """Fields of their efforts."""
+    return tuple(f"{name}_effort" for name in robot.motor_names)
 
 
 def check_field(robot: Robot, field: str) -> None:
@@ -76,12 +89,13 @@ def field_label(robot: Robot, field: str) -> str:
     units = {
         "smallest_eigenvalue": "J",
         "energy": "J",
-        "limit_margin": "rad, rod lengths, or of the limit",
+        _OF_LIMITS: "rad, rod lengths, or of the limit",
     }
-    for motor in robot.description.motors:
-        units[motor.name] = motor.unit
-        units[f"{motor.name}_effort"] = motor.effort_unit
-    name = field if field.removesuffix("_effort") in robot.motor_names else field.replace("_", " ")
+    motors, of_motors = robot.description.motors, dict[str, str]()
+    for motor, position, effort in zip(motors, _positions(robot), _efforts(robot), strict=True):
+        of_motors |= {position: motor.unit, effort: motor.effort_unit}
+    name = field if field in of_motors else field.replace("_", " ")
+    units |= of_motors
     return f"{name} [{units[field]}]" if field in units else name
 
 
@@ -100,10 +114,9 @@ def fields_of(found: WorkspaceMap) -> dict[str, Floats]:
         "usable": np.where(found.reached, found.usable, np.nan),
     }
     if found.limit_names:
-        fields["limit_margin"] = found.limit_margins.min(axis=1)
-    for number, name in enumerate(found.robot.motor_names):
-        fields[name] = found.motors[:, number]
-        fields[f"{name}_effort"] = cells.efforts[:, number]
+        fields[_OF_LIMITS] = found.limit_margins.min(axis=1)
+    fields |= dict(zip(_positions(found.robot), found.motors.T, strict=True))
+    fields |= dict(zip(_efforts(found.robot), cells.efforts.T, strict=True))
     return fields
 
 

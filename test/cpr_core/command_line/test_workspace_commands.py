@@ -9,11 +9,12 @@ import os
 
 import numpy as np
 import pytest
+import yaml
 from helpers.workspace_cases import content_of_rfrfr, rfrfr, six_rfs, small_map
 
 from cpr_core import InvalidRequest, load_robot, solve_home
 from cpr_core.command_line import main
-from cpr_core.drawing.map_plots import field_label, fields_of, plot_map
+from cpr_core.drawing.map_plots import field_label, field_names, fields_of, plot_map
 from cpr_core.workspace import map_workspace, pose_grid
 from cpr_core.workspace.store import read_map
 
@@ -187,6 +188,57 @@ def test_a_picture_says_what_is_not_known_of_any_cell(tmp_path):
 )
 def test_fields_are_drawn_with_their_units(field, label):
     assert field_label(load_robot("gough_stewart"), field) == label
+
+
+def with_motors(*names):
+    """Content of the RFRFR robot with motors of these names."""
+    content = content_of_rfrfr()
+    for leg, name in zip(content["legs"], names, strict=True):
+        leg["motor"]["name"] = name
+    return content
+
+
+@pytest.mark.parametrize(
+    ("names", "fields"),
+    [
+        (("thumb", "index"), ("thumb", "motor:index")),
+        (("energy", "limit_margin"), ("motor:energy", "motor:limit_margin")),
+        (("a", "a_effort"), ("a", "motor:a_effort")),
+        (("usable_effort", "usable"), ("motor:usable_effort", "motor:usable")),
+    ],
+)
+def test_motors_called_like_a_field_do_not_take_its_place(names, fields):
+    robot = load_robot(with_motors(*names))
+    grid = pose_grid(robot, {"x": [-0.1, 0.1], "y": [0.4, 0.6]}, resolution=0.1)
+    found = map_workspace(robot, grid, tolerance=0.0)
+    drawn = fields_of(found)
+    assert tuple(drawn) == tuple(dict.fromkeys(field_names(robot))) == field_names(robot)
+    np.testing.assert_array_equal(
+        drawn["index"], np.where(found.reached, found.index_locked, np.nan)
+    )
+    np.testing.assert_array_equal(drawn["energy"], found.cells.energy)
+    for number, (name, field) in enumerate(zip(names, fields, strict=True)):
+        np.testing.assert_array_equal(drawn[field], found.motors[:, number])
+        np.testing.assert_array_equal(drawn[f"{name}_effort"], found.cells.efforts[:, number])
+        assert field_label(robot, field) == f"{field} [rad]"
+        assert field_label(robot, f"{name}_effort") == f"{name}_effort [N m]"
+    assert field_label(robot, "energy") == "energy [J]"
+    assert field_label(robot, "index") == "index"
+
+
+def test_pictures_of_a_hand_show_stability_unless_a_finger_is_asked_for(capsys, tmp_path):
+    file = tmp_path / "hand.yaml"
+    file.write_text(yaml.safe_dump(with_motors("thumb", "index")), encoding="utf-8")
+    texts = {}
+    for field in ("index", "motor:index", "index_effort"):
+        picture = tmp_path / "hand.svg"
+        status, _, _ = run(capsys, file, *SMALL, "--plot", picture, "--field", field)
+        assert status == 0
+        texts[field] = picture.read_text(encoding="utf-8")
+    assert "index 0: stable" in texts["index"]
+    for field, unit in (("motor:index", "rad"), ("index_effort", "N m")):
+        assert f"{field} [{unit}]" in texts[field]
+        assert "index 0: stable" not in texts[field]
 
 
 def test_slices_of_three_dimensions_are_drawn(tmp_path):
