@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from ..description_part import Part
 from ..errors import DescriptionWarning
 from ..rods.rod import Rod
-from .chain import ChainJoint, Link
+from .chain import ChainJoint, ChainRod, Link
 from .chain_element import ChainElement
 from .controlled_coordinates import CONTROLLED_COORDINATES
-from .leg_description import DescribedMotor
+from .leg_description import DescribedMotor, LegDescription
 from .robot_description import RobotDescription
 
 __all__ = [
@@ -36,6 +36,8 @@ __all__ = [
     "check_quaternion",
     "check_rod",
     "in_other_units",
+    "motors_doubt",
+    "position_doubt",
     "quaternion_order_doubt",
     "request_doubt",
 ]
@@ -297,8 +299,12 @@ def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:
 
 def _reach(description: RobotDescription) -> tuple[float, Floats]:
     """Longest rod [m], and the middle of the bases (3,) [m]."""
-    longest = max(element.rod.length for element in description.rods)
-    return longest, np.mean([leg.base_position for leg in description.legs], axis=0)
+    middle = np.mean([leg.base_position for leg in description.legs], axis=0)
+    return _longest_rod(description), middle
+
+
+def _longest_rod(description: RobotDescription) -> float:
+    return max(element.rod.length for element in description.rods)
 
 
 def request_doubt(
@@ -315,6 +321,69 @@ def request_doubt(
         place = ", ".join(f"{value:g}" for value in position)
         return f"the platform position ({place}) {_MILLIMETRES}"
     return ""
+
+
+def motors_doubt(description: RobotDescription, motors: Floats, near: Sequence[Floats]) -> str:
+    """What looks wrong with motors (n,) that a robot is to go to; empty: nothing.
+
+    More is let pass than of a request that failed: what limits of a motor have room for is meant, and
+    so is what is not far from a place that is believed, however many turns led there.
+
+    Args:
+        description: The robot.
+        motors: (n,) [rad or m].
+        near: Motors where the robot is, or is sent, (n,) each.
+    """
+    longest = _longest_rod(description)
+    for number, motor in enumerate(description.motors):
+        position, limits = float(motors[number]), motor.limits
+        doubt = _motor_doubt(motor, position, longest)
+        if not doubt or -math.inf < limits.lower <= position <= limits.upper < math.inf:
+            continue
+        if all(_motor_doubt(motor, position - float(place[number]), longest) for place in near):
+            return f"{motor.name} at {position:g} {doubt}"
+    return ""
+
+
+def position_doubt(description: RobotDescription, position: Floats, near: Sequence[Floats]) -> str:
+    """What looks wrong with a position (3,) [m] that a platform is to go to; empty: nothing.
+
+    As with motors, what is not far from a place that is believed is meant; nor is anything far that the
+    legs could reach, stretched.
+
+    Args:
+        description: The robot.
+        position: (3,) [m].
+        near: Positions where the platform is, or is sent, (3,) each.
+    """
+    far = _FAR * _longest_rod(description)
+    if any(math.dist(position, place) <= far for place in near):
+        return ""  # at once, as of nearly all there are
+    middle = _reach(description)[1]
+    far = _FAR * max(_stretched(leg, middle) for leg in description.legs)
+    if any(math.dist(position, place) <= far for place in (middle, *near)):
+        return ""
+    return request_doubt(description, None, position)
+
+
+def _stretched(leg: LegDescription, middle: Floats) -> float:
+    """How far from the middle of the bases a leg holds the platform at most [m].
+
+    What shifts counts as far as limits of its motor are stated.
+    """
+    reach = math.dist(leg.base_position, middle) + math.hypot(*leg.joint.position)
+    for element in leg.chain:
+        sizes = [0.0]
+        if isinstance(element, Link):
+            sizes.append(math.hypot(*element.offset))
+        if isinstance(element, ChainRod):
+            sizes.append(element.rod.length)
+        if element.unit == "m":
+            limits = element.limits
+            ends = (element.zero + element.ratio * end for end in (limits.lower, limits.upper))
+            sizes += [abs(end) for end in ends if math.isfinite(end)]
+        reach += max(sizes)
+    return reach
 
 
 def angle_doubt(names: Iterable[str], pose: Iterable[float]) -> str:

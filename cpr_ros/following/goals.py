@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
+from cpr_core.description.plausibility import motors_doubt, position_doubt
 from cpr_core.model.assessment import Assessment
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
@@ -64,6 +65,7 @@ class MotorGoal:
     """Motor positions, approached straight in the motor positions.
 
     Attributes:
+        asked: (n,) [rad or m], as they were asked for.
         motors: (n,) [rad or m], within the position limits.
         clipped: Names of the motors whose setpoint was beyond its limits.
     """
@@ -87,7 +89,7 @@ class MotorGoal:
             if within != values[number]:
                 values[number] = within
                 beyond.append(robot.motor_names[number])
-        self.motors, self.clipped = np.array(values), tuple(beyond)
+        self.asked, self.motors, self.clipped = wanted, np.array(values), tuple(beyond)
         check_rod_lengths(robot, self.motors)
 
     @property
@@ -98,6 +100,13 @@ class MotorGoal:
     def remaining(self, start: Equilibrium) -> float:
         """Largest way of a motor."""
         return largest_way(start.motors, self.motors, start.robot.motor_units.tolist())
+
+    def doubt(self, start: Equilibrium, before: Goal | None) -> str:
+        """What looks like another unit, seen from where the robot is and was sent; empty: nothing."""
+        near = [start.motors]
+        if isinstance(before, MotorGoal):
+            near.append(before.asked)
+        return motors_doubt(start.robot.description, self.asked, near)
 
     def at(self, start: Equilibrium, fraction: float) -> Floats:
         """Motor positions at a fraction of the way that is left, (n,)."""
@@ -167,6 +176,14 @@ class PoseGoal:
     def destination(self) -> Hashable | None:
         """The pose."""
         return "pose", *self.pose.tolist()
+
+    def doubt(self, start: Equilibrium, before: Goal | None) -> str:
+        """What looks like another unit, seen from where the robot is and was sent; empty: nothing."""
+        near = [start.platform_position]
+        if isinstance(before, PoseGoal):
+            near.append(self._coordinates.position(before.pose, start.platform_position))
+        position = self._coordinates.position(self.pose, start.platform_position)
+        return position_doubt(start.robot.description, position, near)
 
     def at(self, pose: Floats) -> Self:
         """The same with another pose."""

@@ -85,6 +85,14 @@ class PoseCoordinates:
             moved[self._quaternion] = quaternion_from_rotation(rotation)
         return moved
 
+    def position(self, pose: Floats, others: Floats) -> Floats:
+        """Where a pose has the platform, (3,) [m]; what it leaves open is as in others, (3,)."""
+        position = others.copy()
+        for place, axis in self._plain:
+            if axis >= FIRST_LINEAR:
+                position[axis - FIRST_LINEAR] = pose[place]
+        return position
+
     def sizes(self, way: Floats) -> tuple[float, float]:
         """Distance [m] and angle [rad] of a way; NaN for what the robot does not control."""
         positions, angles = self._parts(way)

@@ -219,7 +219,11 @@ class Trajectories:
         """
         before, own_time = self._until_joined(order, current, now, pace)
         settings = self._follower.settings
-        path = ordered_path(self._robot, order, before, settings.max_speed)
+        try:
+            path = ordered_path(self._robot, order, before, settings.max_speed)
+        except TrajectoryRefused as refused:
+            doubt = order.doubt(self._robot, current.equilibrium.motors)
+            raise refused.doubted(doubt) from None
         plan = TrajectoryPlan(path, current, self._period, settings.thresholds, ON_WAY_TO_MOTORS)
         return plan, own_time, before.end
 
@@ -295,7 +299,8 @@ class Trajectories:
             return
         plan = coming.plan
         if plan.refused is not None:
-            refused = plan.refused
+            doubt = coming.order.doubt(self._robot, current.equilibrium.motors)
+            refused = plan.refused.doubted(doubt)
             self._end_coming(Ending(refused.val, str(refused), refused.time, refused.measure))
         elif plan.done and not self._waits(coming, now):
             self._tick_work = 0.5 * (self._tick_work + plan.work / plan.ticks)

@@ -13,6 +13,7 @@ from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
 from cpr_core import Robot
+from cpr_core.description.plausibility import motors_doubt
 from cpr_core.errors import distinct, rounded_seconds
 
 from ..error_codes import RequestError
@@ -45,6 +46,14 @@ class TrajectoryRefused(RequestError):
         self.time, self.measure, self.why = time, measure, why or text
         super().__init__(ErrorCode.INVALID_MOTION_PLAN, text)
 
+    def doubted(self, doubt: str) -> TrajectoryRefused:
+        """The same, and what looks like another unit in the trajectory; empty: nothing."""
+        if not doubt:
+            return self
+        return TrajectoryRefused(
+            self.time, self.measure, f"{self}; {doubt}", f"{self.why}; {doubt}"
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryOrder:
@@ -74,6 +83,12 @@ class TrajectoryOrder:
     def duration(self) -> float:
         """Time of the last point since its start [s]; 0 without points."""
         return float(self.times[-1]) if len(self.times) else 0.0
+
+    def doubt(self, robot: Robot, motors: Floats) -> str:
+        """What looks like another unit in its points, seen from motors, (n,); empty: nothing."""
+        farthest = np.abs(self.positions - motors).argmax(axis=0)
+        points = self.positions[farthest, np.arange(len(motors))]
+        return motors_doubt(robot.description, points, [motors])
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number is too fast

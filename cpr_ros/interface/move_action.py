@@ -39,7 +39,7 @@ __all__ = ["MoveAction", "goal_of"]
 _FEEDBACK_RATE = 20.0
 
 
-def goal_of(session: Session, request: MoveTo.Goal, frames: Frames) -> Goal:
+def goal_of(session: Session, request: MoveTo.Goal, frames: Frames) -> MotorGoal | PoseGoal:
     """Where a request sends the robot.
 
     Raises:
@@ -54,14 +54,15 @@ def goal_of(session: Session, request: MoveTo.Goal, frames: Frames) -> Goal:
         raise InvalidRequest(
             "given", f"expected GIVEN_POSE 0 or GIVEN_MOTORS 1, got {request.given}"
         )
-    current = session.solver.current.equilibrium.motors
-    motors = motor_setpoint(robot, request.motors, current, "motors.")
+    current = session.solver.current.equilibrium
+    motors = motor_setpoint(robot, request.motors, current.motors, "motors.")
     goal = MotorGoal(robot, motors)
     if goal.clipped:  # a setpoint goes as far as it can; who wants a result wants to be there
+        doubt = goal.doubt(current, session.follower.goal)
         raise RequestError(
             ErrorCode.MOTOR_LIMIT,
             f"motors.position: {', '.join(goal.clipped)} would be beyond the range, "
-            f"the nearest within it is {goal.motors.tolist()}",
+            f"the nearest within it is {goal.motors.tolist()}" + (f"; {doubt}" if doubt else ""),
         )
     return goal
 

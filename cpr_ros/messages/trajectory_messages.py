@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import InvalidRequest, Robot
+from cpr_core.description.plausibility import motors_doubt
 from cpr_core.errors import distinct
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
@@ -214,11 +215,12 @@ def _check_ranges(robot: Robot, times: Floats, positions: Floats) -> None:
         lower, upper = motor.limits.lower, motor.limits.upper
         for row in np.flatnonzero((positions[:, number] < lower) | (positions[:, number] > upper)):
             told = distinct(float(positions[row, number]), lower, upper, fewest=6)
+            doubt = motors_doubt(robot.description, positions[row], [])
             raise TrajectoryRefused(
                 float(times[row]),
                 "motor_range",
                 f"points[{row}].positions: expected {motor.name} within [{told[1]}, {told[2]}] "
-                f"{motor.unit}, got {told[0]}",
+                f"{motor.unit}, got {told[0]}" + (f"; {doubt}" if doubt else ""),
             )
     check_rod_lengths(robot, positions)
 

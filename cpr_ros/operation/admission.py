@@ -14,7 +14,7 @@ from cpr_core.model.assessment import Assessment
 from cpr_core.solving.deadline import Deadline
 
 from ..error_codes import RequestError
-from ..following.goals import Goal
+from ..following.goals import Goal, MotorGoal, PoseGoal
 from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
 from ..following.moved_by_others import MovedByOthers
@@ -136,6 +136,16 @@ class Admission:
         if self.follower.returning:
             raise RequestError(ErrorCode.NOT_READY, "the node is on its way home")
         self.check_where_commanded()
+
+    def check_meant(self, goal: MotorGoal | PoseGoal) -> None:
+        """Whether the numbers of a setpoint can be meant in radians and metres.
+
+        Raises:
+            RequestError: They look like another unit: the robot would go as far as it can.
+        """
+        doubt = goal.doubt(self.solver.current.equilibrium, self.follower.goal)
+        if doubt:
+            raise RequestError(ErrorCode.INVALID_ROBOT_STATE, doubt)
 
     def check_where_commanded(self) -> None:
         """Whether the motors are where the node has sent them.

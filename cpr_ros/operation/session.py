@@ -21,7 +21,7 @@ from ..error_codes import RequestError
 from ..following.external_wrench import ExternalWrench
 from ..following.felt_wrench import FeltWrench
 from ..following.first_step import FirstStep
-from ..following.goals import Goal, PoseGoal
+from ..following.goals import MotorGoal, PoseGoal
 from ..following.measured_motors import MeasuredMotors
 from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
@@ -448,13 +448,14 @@ class Session:
             self.tracking.forget()
         self._be(self._state_at_rest)
 
-    def follow(self, goal: Goal, now: float, *, ages: bool = True) -> None:
+    def follow(self, goal: MotorGoal | PoseGoal, now: float, *, ages: bool = True) -> None:
         """Take a setpoint; arguments as in :meth:`SetpointFollower.follow`.
 
         Raises:
-            RequestError: The node takes none now.
+            RequestError: The node takes none now, or its numbers look like another unit.
         """
         self.admission.check_free()
+        self.admission.check_meant(goal)
         self.follower.follow(goal, now, ages=ages)
 
     def follow_trajectory(

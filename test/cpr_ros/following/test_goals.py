@@ -50,6 +50,26 @@ def test_a_rod_length_of_way_is_one_however_long_rods_are(name):
     assert PoseGoal(home.robot, away).remaining(home) == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize(
+    ("name", "place", "height"), [("three_rfs", 0, 739.0), ("rfrfr", 1, 839.0)]
+)
+def test_millimetres_are_told_by_the_coordinates_a_robot_controls(name, place, height):
+    """What it does not control is where it is; and what is near a pose it was sent to is meant."""
+    home = solve_home(robot(name))
+    far = PoseGoal(home.robot, home.pose + height * np.eye(len(home.pose))[place])
+    assert far.doubt(home, None).endswith("looks like millimetres, expected metres")
+    assert far.doubt(home, MotorGoal(home.robot, home.motors)) == far.doubt(home, None)
+    assert not far.doubt(home, far.at(far.pose - 0.1))
+    assert not PoseGoal(home.robot, home.pose + 0.1).doubt(home, far)
+
+
+def test_degrees_are_told_of_what_was_asked_for_and_not_of_the_range_it_was_taken_into():
+    home = solve_home(robot("planar_body"))
+    asked = [60.0, 0.0, 0.0]
+    assert "motor1 at 60 looks like degrees" in MotorGoal(home.robot, asked).doubt(home, None)
+    assert not MotorGoal(home.robot, [6.0, 0.0, 0.0]).doubt(home, None)
+
+
 def test_what_is_left_is_that_of_another_start_and_of_another_pose():
     home = solve_home(robot("rfrfr"))
     away = solve_forward(home.robot, home.motors + [0.02, -0.01])

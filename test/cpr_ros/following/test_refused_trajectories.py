@@ -30,6 +30,8 @@ from cpr_ros.following.trajectory_order import TrajectoryRefused
 from cpr_ros.following.trajectory_plan import TrajectoryPlan
 from cpr_ros.messages.trajectory_messages import trajectory_order
 
+DEGREES = "looks like degrees, expected radians"
+
 
 @pytest.mark.parametrize(
     ("points", "given", "measure", "words"),
@@ -100,6 +102,35 @@ def test_motors_a_little_beyond_their_ranges_are_told_from_them(given, told):
     point = JointTrajectoryPoint(positions=[0.5, 0.5, given], time_from_start=Duration(sec=1))
     message = JointTrajectory(joint_names=list(made.motor_names), points=[point])
     words = rf"motor3 within \[-1\.5, 1\.5\] rad, got {told}\Z"
+    with pytest.raises(TrajectoryRefused, match=words):
+        trajectory_order(made, message, Time())
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        (([1.0], [[145.8, 30.9]]), "at no more than 1 rad/s, .*"),
+        (([0.0, 1.0], [[145.8, 30.9], [145.8, 30.9]]), "begins where .* its command is 2.59"),
+    ],
+)
+def test_what_looks_like_degrees_is_said_of_what_is_refused_for_something_else(
+    rfrfr, points, words
+):
+    with pytest.raises(TrajectoryRefused, match=rf"{words}; motor1 at 148\.39 {DEGREES}\Z"):
+        rfrfr.take(*points)
+
+
+def test_what_looks_like_degrees_is_said_of_a_way_that_is_slow_enough(rfrfr):
+    ending = rfrfr.until_ended(rfrfr.take([300.0], [[145.8, 0.0]])[1])
+    assert ending.val == ErrorCode.INVALID_MOTION_PLAN
+    assert re.search(rf"below margin_stop 0\.05; motor1 at 148\.39 {DEGREES}\Z", ending.message)
+
+
+def test_what_looks_like_degrees_is_said_of_points_beyond_a_range():
+    made = robot("planar_body")
+    point = JointTrajectoryPoint(positions=[30.0, 0.5, 0.5], time_from_start=Duration(sec=1))
+    message = JointTrajectory(joint_names=list(made.motor_names), points=[point])
+    words = rf"motor1 within \[-1\.5, 1\.5\] rad, got 30; motor1 at 30 {DEGREES}\Z"
     with pytest.raises(TrajectoryRefused, match=words):
         trajectory_order(made, message, Time())
 

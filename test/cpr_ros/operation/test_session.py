@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode
 from helpers.drive import PERIOD, SETTINGS, robot
-from helpers.session_bench import LIVE, Bench, still, stop, timed
+from helpers.session_bench import FIXED, LIVE, Bench, still, stop, timed
+from helpers.turntable import turntable
 
 from cpr_core import solve_forward, solve_home
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State
+from cpr_ros.messages.conversions import Frames
+from cpr_ros.operation.session import Session
+from cpr_ros.settings.node_settings import Parameters
 
 
 def test_nothing_is_sent_to_motors_of_which_nothing_is_known(bench):
@@ -64,6 +68,59 @@ def test_a_setpoint_that_is_home_is_told_to_motors_of_which_nothing_is_known(ben
     np.testing.assert_array_equal(bench.commands, [home.motors])  # once
     assert not bench.session.unplaced
     assert bench.session.at_rest
+
+
+@pytest.mark.parametrize(
+    ("kind", "numbers", "words"),
+    [
+        (MotorGoal, [148.4, 31.5], "motor1 at 148.4 looks like degrees, expected radians"),
+        (MotorGoal, [2.59, 31.5], "motor2 at 31.5 looks like degrees, expected radians"),
+        (
+            PoseGoal,
+            [0.0, 830.0],
+            r"the platform position \(0, 830, 0\) looks like millimetres, expected metres",
+        ),
+    ],
+)
+def test_numbers_of_another_unit_are_not_set_off_for(bench, kind, numbers, words):
+    """The robot went as far as it could, right round and to a halt; services said what looks wrong."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    wanted = MotorGoal(session.robot, home + 0.1)
+    session.follow(wanted, bench.now)
+    bench.tick()
+    with pytest.raises(RequestError, match=rf"\A{words}\Z") as refused:
+        session.follow(kind(session.robot, numbers), bench.now)
+    assert refused.value.val == ErrorCode.INVALID_ROBOT_STATE
+    assert session.follower.goal is wanted
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_array_equal(bench.commands[-1], home + 0.1)
+
+
+def test_many_turns_are_gone_in_small_steps_however_far_the_robot_is_behind():
+    """A table that turns for ever: only at once nobody means as many radians."""
+    live = replace(LIVE, settings=replace(SETTINGS, max_speed=40.0))
+    table, now = turntable(), 0.0
+    session = Session(table, Frames("base", "platform"), Parameters(**FIXED), live)
+
+    def send(*ways):
+        for way in ways:
+            session.follow(MotorGoal(table, [float(way)]), now)
+
+    with pytest.raises(RequestError, match="motor1 at 40 looks like degrees"):
+        send(40)
+    send(*range(0, 41, 10))  # all at once
+    while not session.follower.arrived(session.solver.current.equilibrium):
+        now += PERIOD
+        session.tick(now)
+    np.testing.assert_array_equal(session.solver.current.equilibrium.motors, [40.0])
+    session.follower.drop()
+    send(40.1)
+    session.follower.drop()
+    send(0)  # home, from anywhere
+    session.follower.drop()
+    with pytest.raises(RequestError, match="motor1 at 2292 looks like degrees"):
+        send(2292)
 
 
 def test_a_setpoint_that_is_not_obeyed_sends_nothing(bench):

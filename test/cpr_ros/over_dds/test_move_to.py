@@ -24,6 +24,8 @@ from trajectory_msgs.msg import JointTrajectory
 import cpr_core
 
 HOME = [2.59, 0.55]
+DEGREES = "looks like degrees, expected radians"
+MILLIMETRES = "looks like millimetres, expected metres"
 SUCCEEDED, ABORTED, CANCELED = (
     GoalStatus.STATUS_SUCCEEDED,
     GoalStatus.STATUS_ABORTED,
@@ -237,6 +239,9 @@ def test_the_newest_motion_counts(crawling, moves, interruption, words):
         (motors(names=[]), ErrorCode.INVALID_ROBOT_STATE, "motors.name"),
         (platform(math.inf, 0.5), ErrorCode.NON_FINITE_INPUT, "platform.pose.position"),
         (platform(0.0, 0.5, frame="x"), ErrorCode.FRAME_TRANSFORM_FAILURE, "platform.header"),
+        (motors(148.4, 31.5), ErrorCode.INVALID_ROBOT_STATE, f"motor1 at 148.4 {DEGREES}"),
+        (motors(31.5, names=["motor2"]), ErrorCode.INVALID_ROBOT_STATE, f"at 31.5 {DEGREES}"),
+        (platform(0.0, 830.0), ErrorCode.INVALID_ROBOT_STATE, f"(0, 830, 0) {MILLIMETRES}"),
         ({"given": 7}, ErrorCode.INVALID_ROBOT_STATE, "GIVEN_MOTORS"),
         (motors(2.6, 0.5) | {"patience": -1.0}, ErrorCode.INVALID_ROBOT_STATE, "patience"),
         (motors(2.6, 0.5) | {"patience": math.nan}, ErrorCode.NON_FINITE_INPUT, "patience"),
@@ -263,12 +268,13 @@ def test_quaternions_and_ranges_are_looked_at(planar_body):
     turned["platform"].pose.orientation.w = 0.5
     tilted = platform(0.0, 0.0)
     tilted["platform"].pose.orientation.w, tilted["platform"].pose.orientation.x = 0.8, 0.6
-    beyond = motors(1.6, names=["motor2"])
+    beyond, degrees = (motors(angle, names=["motor2"]) for angle in (1.6, 30.0))
     try:
         for fields, code, words in (
             (turned, ErrorCode.INVALID_QUATERNION, "platform.pose.orientation"),
             (tilted, ErrorCode.INVALID_QUATERNION, "expected a rotation about z"),
             (beyond, ErrorCode.MOTOR_LIMIT, "motors.position: motor2"),
+            (degrees, ErrorCode.MOTOR_LIMIT, f"; motor2 at 30 {DEGREES}"),
         ):
             status, result = moves.move(**fields)
             assert (status, result.error_code.val) == (ABORTED, code)

@@ -11,7 +11,7 @@ import pytest
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
 from geometry_msgs.msg import PoseStamped
-from helpers.driver import Driver
+from helpers.driver import Driver, pose_at
 from helpers.node_process import Client, NodeProcess, free_domain
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -142,6 +142,45 @@ def test_reset_during_motion_goes_home_and_takes_no_setpoints_on_the_way(drive):
     assert drive.set_parameters(max_speed=4.0).successful
     drive.until_state(StabilityMetrics.STATE_IDLE)
     np.testing.assert_array_equal(drive.motors, HOME)
+
+
+@pytest.mark.parametrize(
+    ("publisher", "topic", "message", "words"),
+    [
+        (
+            "motor_setpoint",
+            "motor_setpoint",
+            JointState(name=["motor2", "motor1"], position=[31.5, 148.4]),
+            "motor1 at 148.4 looks like degrees, expected radians",
+        ),
+        (
+            "commands",
+            "commands",
+            Float64MultiArray(data=[148.4, 31.5]),
+            "motor1 at 148.4 looks like degrees, expected radians",
+        ),
+        (
+            "platform",
+            "platform_setpoint",
+            pose_at(0.0, 830.0),
+            "the platform position (0, 830, 0) looks like millimetres, expected metres",
+        ),
+    ],
+)
+def test_numbers_of_another_unit_are_dropped_and_the_setpoint_before_is_gone_to(
+    rfrfr, slow, publisher, topic, message, words
+):
+    """The robot set off for them, and went on until something halted it."""
+    drive = slow
+    drive.send_motors(2.79, 0.35)
+    drive.until(lambda: not np.array_equal(drive.motors, HOME))
+    before = drive.dropped(f"~/{topic}")
+    getattr(drive, publisher).publish(message)
+    drive.client.spin_until(lambda: drive.dropped(f"~/{topic}") > before)
+    assert f"~/{topic}: dropped: {words}" in rfrfr.process.output()
+    assert drive.set_parameters(max_speed=4.0).successful
+    drive.until_state(StabilityMetrics.STATE_IDLE)
+    np.testing.assert_array_equal(drive.motors, [2.79, 0.35])
 
 
 def test_apply_during_motion_is_refused_and_at_rest_forgets_the_setpoint(slow):
