@@ -112,8 +112,9 @@ def pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
 
 
 def _between(first: Floats, last: Floats, fraction: float) -> Floats:
-    """Straight from one to the other; a copy of the end, which is asked for most."""
-    return last.copy() if fraction == 1.0 else (1.0 - fraction) * first + fraction * last
+    """Straight from one to the other, to the last bit where they are the same."""
+    # A copy of the end, which is asked for most.
+    return last.copy() if fraction == 1.0 else first + fraction * (last - first)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,12 +214,10 @@ class PoseTarget:
         """Straight in the position, single angles and held motors, about one axis in the orientation."""
         if self.motors is not None:
             holding = list(start.robot.held_motors)
-            way = (1.0 - fraction) * start.motors + fraction * self.motors
-            values.motors[holding] = way[holding]
+            values.motors[holding] = _between(start.motors, self.motors, fraction)[holding]
         axes = start.robot.controlled_axes
         held = axes[axes >= FIRST_LINEAR] - FIRST_LINEAR
-        between = (1.0 - fraction) * start.platform_position + fraction * self.position
-        values.position[held] = between[held]
+        values.position[held] = _between(start.platform_position, self.position, fraction)[held]
         if start.robot.controls_angles:
             values.rotation[:] = self._angles_between(start, fraction, values.rotation)
         elif len(held) < len(axes):

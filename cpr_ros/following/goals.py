@@ -109,10 +109,10 @@ class MotorGoal:
         return motors_doubt(start.robot.description, self.asked, near)
 
     def at(self, start: Equilibrium, fraction: float) -> Floats:
-        """Motor positions at a fraction of the way that is left, (n,)."""
+        """Motor positions at a fraction of the way that is left, (n,); to the last bit if none is."""
         if fraction == 1.0:
             return self.motors
-        return (1.0 - fraction) * start.motors + fraction * self.motors
+        return start.motors + fraction * (self.motors - start.motors)
 
     def solve(
         self, start: Equilibrium, fraction: float, loads: Loads, time_limit: float | None = None

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from cpr_core import Loads, Robot
 from cpr_core.model.assessment import Assessment
 
-from .goals import MotorGoal
+from .goals import MotorGoal, whole
 from .judged_steps import LARGEST_CHANGE
 from .measured_range import within_range
 from .outcome import Outcome
@@ -140,7 +140,7 @@ class MotorTracking:
         refusal = self._refused.again(step, now)
         if refusal is not None:
             return refusal
-        fraction, refusals = min(1.0, LONGEST_WAY / max(remaining, ARRIVED)), list[Refusal]()
+        fraction, refusals = whole(LONGEST_WAY / max(remaining, ARRIVED)), list[Refusal]()
         for part in _PARTS:
             ahead = attempt(current, goal, part * fraction, loads, LONGEST_SOLVE / len(_PARTS))
             refusal = ahead if isinstance(ahead, Refusal) else self._contradiction(current, ahead)

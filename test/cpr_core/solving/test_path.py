@@ -10,6 +10,7 @@ from helpers.strain_bases import with_basis
 
 from benchmarks.robustness import RANGES, distance
 from cpr_core import load_robot, solve_forward, solve_home
+from cpr_core.kernels.record_layout import IMPOSED_MOTORS, POSITION
 from cpr_core.solving.path import Path
 from cpr_core.solving.requests import target_of
 
@@ -69,6 +70,33 @@ def test_starts_are_points_of_their_paths():
     assert begin.fraction == 0.0
     assert begin.equilibrium is path.start
     assert (begin.index, begin.sign) == (0, path.start.signs.inverse_sign)
+
+
+@pytest.mark.parametrize("problem", ["motors", "efforts"])
+def test_what_is_the_same_at_both_ends_is_the_same_on_the_way(problem):
+    """Commands were not where the equilibrium was, by one bit, under a load that came."""
+    robot = load_robot("six_rfs")
+    start = solve_forward(robot, solve_home(robot).motors + [0.1, 0.07, 0.03, -0.1, -0.07, 0.01])
+    target = target_of(start, problem, getattr(start, problem))
+    path = Path(start, target, start.loads.with_(wrench_world=[0, 0, 0, 0.1, 0, 0]))
+    begin = path.begin()
+    tangent = path.tangent(begin)
+    asked = getattr(target, problem)
+    for fraction in (0.1, 0.3, 0.7, 1.0):
+        np.testing.assert_array_equal(target.given(start, fraction)[0], asked)
+        if problem == "motors":
+            np.testing.assert_array_equal(path.at(begin, fraction).equilibrium.motors, asked)
+            found = path.along(begin, tangent, 0.01 * fraction)
+            np.testing.assert_array_equal(found.equilibrium.motors, asked)
+
+
+def test_coordinates_that_are_not_asked_to_move_stay_to_the_last_bit():
+    robot = load_robot("planar_body")
+    start = solve_forward(robot, solve_home(robot).motors + [0.1, 0.07, 0.03])
+    target = target_of(start, "pose", start.pose + [0.0, 0.05, 0.0])
+    for fraction in (0.1, 0.3, 0.7):
+        given = target.given(start, fraction)[0, POSITION:IMPOSED_MOTORS]
+        np.testing.assert_array_equal(given[[0, 2]], start.platform_position[[0, 2]])
 
 
 def test_far_fractions_are_refused_not_jumped_to():

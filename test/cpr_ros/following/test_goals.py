@@ -22,6 +22,15 @@ def test_motors_go_straight_and_arrive_exactly():
     assert goal.remaining(arrived) == 0.0
 
 
+def test_a_motor_that_is_not_asked_to_move_stays_to_the_last_bit():
+    """Its commands trembled by one bit while another motor went."""
+    six = robot("six_rfs")
+    start = solve_forward(six, solve_home(six).motors + [0.1, 0.07, 0.03, -0.1, -0.07, 0.01])
+    goal = MotorGoal(six, start.motors + [0.5, 0, 0, 0, 0, 0])
+    for fraction in np.linspace(0.01, 0.99, 99):
+        np.testing.assert_array_equal(goal.at(start, fraction)[1:], start.motors[1:])
+
+
 def test_a_setpoint_beyond_the_range_is_clipped_and_named():
     planar = robot("planar_body")
     goal = MotorGoal(planar, [-3.0, 0.0, 1.5])
