@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import Equilibrium, Loads, Robot
+from cpr_core import Equilibrium, Robot
 from cpr_core.errors import distinct
 from cpr_core.model.assessment import Assessment
 
@@ -34,7 +34,7 @@ LARGEST_CHANGE = 0.5
 
 
 class JudgedSteps:
-    """Where a tick leads, towards a goal or under other loads, or why the robot must not go there.
+    """Where a tick leads towards a goal, or why the robot must not go there.
 
     Attributes:
         robot: The robot.
@@ -120,39 +120,6 @@ class JudgedSteps:
                 return ahead
             self._refused.take(step, refusal, now, time.perf_counter() - begin)
         return refusal
-
-    def borne(
-        self, current: Assessment, loads: Loads, now: float
-    ) -> tuple[Assessment, Refusal | None]:
-        """The equilibrium under the loads of now, at the same motors, and why it is another's if so.
-
-        Args:
-            current: Current equilibrium.
-            loads: Loads that act now; the object of the equilibrium if they have not changed.
-            now: Steady time [s].
-        """
-        if loads is current.equilibrium.loads:
-            return current, None
-        goal = MotorGoal(self.robot, current.equilibrium.motors)
-        step = Step(current, loads, goal.destination)
-        refusal = self._refused.again(step, now)
-        if refusal is not None:
-            return current, refusal
-        ahead = attempt(current, goal, 1.0, loads)
-        if isinstance(ahead, Undecided):
-            reached = ahead.reached or current
-            if reached.index > current.index:
-                reached = current
-            text = f"the external wrench is not borne yet: {ahead.text}"
-            return reached, Refusal(ahead.reason, text)  # from there the next tick goes on
-        if isinstance(ahead, Refusal):
-            refusal = Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
-        elif ahead.index > current.index:
-            refusal = Refusal("margin", "the external wrench is not borne: the robot buckles")
-        else:
-            return ahead, None
-        self._refused.take(step, refusal, now)
-        return current, refusal
 
     def _solved(
         self, current: Assessment, goal: Goal, factor: float, out_of_rest: bool

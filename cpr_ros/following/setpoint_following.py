@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from cpr_core import Equilibrium, Loads, Robot, solve_home
 from cpr_core.model.assessment import MEASURES, Assessment
 
+from .borne_loads import BorneLoads
 from .goals import SLACK, Goal, MotorGoal, MotorSetpoint, PoseGoal
 from .judged_steps import JudgedSteps
 from .motion_settings import ON_WAY_TO_MOTORS, ON_WAY_TO_POSES, Settings
@@ -68,6 +69,7 @@ class SetpointFollower:
         robot: The robot.
         period: Time of a tick [s].
         steps: Where ticks lead, solved and judged.
+        borne_loads: Where the robot is under other loads.
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
         caution: Factor that speeds do not exceed: less than 1 while something is not seen.
@@ -89,6 +91,7 @@ class SetpointFollower:
         """Start idle; for the arguments see the attributes."""
         self.robot, self.period = robot, period
         self.steps = JudgedSteps(robot, period, settings)
+        self.borne_loads = BorneLoads(robot)
         self.watchdog = Watchdog(settings.setpoint_timeout)
         self.corrected = corrected
         self.caution = 1.0
@@ -124,7 +127,7 @@ class SetpointFollower:
     @property
     def returning(self) -> bool:
         """Whether the robot is on its way home and takes no setpoints."""
-        return self._returning and self._refusal is None and not self._burdened
+        return self._returning and self._refusal is None
 
     @property
     def moving(self) -> bool:
@@ -134,7 +137,7 @@ class SetpointFollower:
     @property
     def at_rest(self) -> bool:
         """Whether another tick would change nothing, as long as the same loads act."""
-        return not self._under_way and not self._stirred
+        return not self._under_way and not self._stirred and not self._burdened
 
     def stale(self, now: float) -> bool:
         """Whether the setpoint is too old to be followed."""
@@ -224,7 +227,7 @@ class SetpointFollower:
             now: Steady time [s].
         """
         self._stirred = False
-        borne, burden = self.steps.borne(current, loads, now)
+        borne, burden = self.borne_loads.at(current, loads, now)
         self._burdened = burden is not None
         goal = None if self._goal is None else self.corrected(self._goal)
         moved, home_missed = borne is not current, False

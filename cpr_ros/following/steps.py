@@ -29,7 +29,8 @@ from .supervision import Refusal
 
 __all__ = ["LONGEST_SOLVE", "Undecided", "attempt", "change_between", "falls"]
 
-#: Longest time that a solution of a tick may take [s]: meanwhile the node hears nothing.
+#: Longest time that a solution of a tick may take [s]: meanwhile the node hears nothing. Only loads that
+#: would never be told from others in so short a time are given more.
 LONGEST_SOLVE = 0.1
 
 
@@ -39,9 +40,11 @@ class Undecided(Refusal):
 
     Attributes:
         reached: How far the branch was followed; None: not at all.
+        fraction: Part of the way that it was followed.
     """
 
     reached: Assessment | None = None
+    fraction: float = 0.0
 
 
 def attempt(
@@ -70,7 +73,7 @@ def attempt(
         last, length = error.last, current.characteristic_length
         reached = Assessment(last, length) if last is not None and error.fraction > 0.0 else None
         text = f"no equilibrium is found within {time_limit:g} s"
-        return Undecided("not_converged", text, reached)
+        return Undecided("not_converged", text, reached, error.fraction)
     except NotReached as error:
         # How far a request goes and what it may have meant are of no use a step ahead.
         why = error.event.message if error.event is not None else str(error)

@@ -221,7 +221,7 @@ class Session:
         self._be_cautious(now)
         aligned, self._commanded_ahead = self._commanded_ahead or self.admission.aligned, False
         if self.tracking is None and not aligned and not self.follower.paused:
-            borne, burden = self.follower.steps.borne(before, loads, now)
+            borne, burden = self.follower.borne_loads.at(before, loads, now)
             told = self.follower.judge(borne, burden)
             moved = borne is not before
             self.outcome = Outcome(borne, moved, State.ALIGNING, told, refusal=burden)

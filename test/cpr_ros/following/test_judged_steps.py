@@ -89,26 +89,3 @@ def test_an_equilibrium_that_is_not_near_is_no_step(steps, home, monkeypatch):
     current, goal = Assessment(home), MotorGoal(home.robot, home.motors + 0.1)
     monkeypatch.setattr(judged_steps, "LARGEST_CHANGE", 1e-6)
     assert towards(steps, current, goal).reason == "branch_jump"
-
-
-def test_loads_that_have_not_changed_are_borne_where_the_robot_is(steps, home):
-    current = Assessment(home)
-    assert steps.borne(current, home.loads, 0.0) == (current, None)
-
-
-def test_other_loads_are_borne_at_the_same_motors(steps, home):
-    loads = home.loads.with_(wrench_world=[0, 0, 0, 0, -0.1, 0])
-    borne, refusal = steps.borne(Assessment(home), loads, 0.0)
-    assert refusal is None
-    assert borne.equilibrium.loads is loads
-    np.testing.assert_array_equal(borne.equilibrium.motors, home.motors)
-    assert borne.equilibrium.platform_position[1] < home.platform_position[1]
-
-
-def test_loads_that_are_not_borne_leave_the_robot_where_it_is(steps, home):
-    current = Assessment(home)
-    loads = home.loads.with_(wrench_world=[0, 0, 0, 0, -1000.0, 0])
-    borne, refusal = steps.borne(current, loads, 0.0)
-    assert borne is current
-    assert refusal.text.startswith("the external wrench is not borne: ")
-    assert steps.borne(current, loads, 1e9)[1] is refusal  # it is not solved for again

@@ -1,0 +1,175 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Other loads at the same motors: borne in one tick or in several, or refused."""
+
+import numpy as np
+import pytest
+from helpers.drive import robot
+
+from cpr_core import solve_forward, solve_home, solve_inverse
+from cpr_core.model.assessment import Assessment
+from cpr_core.solving.deadline import Deadline
+from cpr_ros.following import borne_loads
+from cpr_ros.following.borne_loads import BorneLoads
+from cpr_ros.following.steps import LONGEST_SOLVE, attempt
+
+
+@pytest.fixture
+def home():
+    return solve_home(robot("rfrfr"))
+
+
+@pytest.fixture(scope="module")
+def at_the_border():
+    """The hexapod so far to one side that it is halted for its margin."""
+    start = solve_home(robot("gough_stewart"))
+    return solve_inverse(start.robot, start.pose + [0.0664, 0, 0, 0, 0, 0, 0], start=start)
+
+
+def under(loads, start):
+    """The stable equilibrium under other loads at the same motors, in one solve."""
+    return solve_forward(start.robot, start.motors, start=start, loads=loads, stable_only=True)
+
+
+def pushed(equilibrium, force):
+    return equilibrium.loads.with_(wrench_world=[0, 0, 0, *force])
+
+
+class Ticks:
+    """Where a robot is under loads that change, a tick after the other."""
+
+    def __init__(self, equilibrium):
+        self.bearing = BorneLoads(equilibrium.robot)
+        self.current, self.refusal, self.now = Assessment(equilibrium), None, 0.0
+
+    def tick(self, loads):
+        self.now += 1.0
+        self.current, self.refusal = self.bearing.at(self.current, loads, self.now)
+        return self.refusal
+
+    def push(self, force):
+        """Ticks until it is told whether a force is borne; the equilibrium changes in the last one."""
+        before, loads = self.current, pushed(self.current.equilibrium, force)
+        for _ in range(100):
+            refusal = self.tick(loads)
+            if refusal is None or "not borne yet" not in refusal.text:
+                return refusal
+            assert self.current is before
+        raise AssertionError(f"not told in 100 ticks: {self.refusal}")
+
+
+@pytest.fixture
+def solves(monkeypatch):
+    """Every solve that is asked for: its time limit [s]."""
+    asked = []
+
+    def counted(current, goal, fraction, loads, time_limit):
+        asked.append(time_limit)
+        return attempt(current, goal, fraction, loads, time_limit)
+
+    monkeypatch.setattr(borne_loads, "attempt", counted)
+    return asked
+
+
+def one_step_at_a_time(monkeypatch):
+    """There is time for one step of a walk, however fast the computer is."""
+    walks = []
+
+    def over(deadline):
+        walks.append(deadline)
+        return walks.count(deadline) > 1
+
+    monkeypatch.setattr(Deadline, "over", property(over))
+
+
+def test_loads_that_have_not_changed_are_borne_where_the_robot_is(home):
+    current = Assessment(home)
+    assert BorneLoads(home.robot).at(current, home.loads, 0.0) == (current, None)
+
+
+def test_other_loads_are_borne_at_the_same_motors(home):
+    loads = pushed(home, [0, -0.1, 0])
+    borne, refusal = BorneLoads(home.robot).at(Assessment(home), loads, 0.0)
+    assert refusal is None
+    assert borne.equilibrium.loads is loads
+    np.testing.assert_array_equal(borne.equilibrium.motors, home.motors)
+    assert borne.equilibrium.platform_position[1] < home.platform_position[1]
+
+
+def test_loads_that_are_not_borne_leave_the_robot_where_it_is(home, solves):
+    ticks = Ticks(home)
+    refusal = ticks.push([0, -1000.0, 0])
+    assert ticks.current.equilibrium is home
+    assert refusal.text.startswith("the external wrench is not borne: ")
+    count, loads = len(solves), pushed(home, [0, -1001.0, 0])
+    refusal = ticks.tick(loads)
+    assert ticks.tick(loads) is refusal  # it is not solved for again
+    assert len(solves) == count + 1
+
+
+def test_a_load_beyond_where_branches_cross_is_refused_in_the_end(at_the_border, solves):
+    """Ticks of 0.1 s got nowhere for ever, and the model was where a part of the load had brought it."""
+    ticks = Ticks(at_the_border)
+    loads = pushed(at_the_border, [0, 0, 20.0])
+    for _ in range(100):
+        refusal = ticks.tick(loads)
+        assert ticks.current.equilibrium is at_the_border
+        if "not borne: no equilibrium is reached" in refusal.text:
+            break
+    assert "several branches cross" in refusal.text
+    assert solves[0] == LONGEST_SOLVE
+    count = len(solves)
+    for _ in range(100):
+        assert ticks.tick(loads) is refusal
+    assert len(solves) == count
+
+
+def test_a_way_that_gets_nowhere_in_time_is_given_more_but_not_all_the_time(
+    home, solves, monkeypatch
+):
+    """Whether a load is borne does not depend on how fast the computer is."""
+    monkeypatch.setattr(Deadline, "over", property(lambda deadline: True))
+    ticks, loads = Ticks(home), pushed(home, [0, -0.1, 0])
+    for _ in range(3):
+        assert "the external wrench is not borne yet: " in ticks.tick(loads).text
+    assert "the external wrench is not borne: no equilibrium is found" in ticks.tick(loads).text
+    assert solves == [pytest.approx(part * LONGEST_SOLVE) for part in (1, 2, 4, 8)]
+    monkeypatch.undo()
+    assert ticks.tick(loads) is None
+    assert ticks.current.equilibrium.loads is loads
+
+
+def test_a_load_is_borne_in_several_ticks_as_in_one(monkeypatch):
+    start = solve_home(robot("six_rfs"))
+    whole, parts = Ticks(start), Ticks(start)
+    assert whole.push([0.4, 0, -1.0]) is None
+    one_step_at_a_time(monkeypatch)
+    assert parts.push([0.4, 0, -1.0]) is None
+    assert parts.now > 2.0
+    found, expected = parts.current.equilibrium, whole.current.equilibrium
+    np.testing.assert_array_equal(found.motors, start.motors)
+    np.testing.assert_allclose(found.state, expected.state, rtol=0.0, atol=1e-9)
+
+
+def test_a_load_that_changes_on_the_way_is_followed_on_from_there(monkeypatch):
+    """A wrench is measured anew before the last one is borne."""
+    start = solve_home(robot("six_rfs"))
+    ticks = Ticks(start)
+    with monkeypatch.context() as slow:
+        one_step_at_a_time(slow)
+        assert "not borne yet" in ticks.tick(pushed(start, [0.4, 0, -1.0])).text
+        assert "not borne yet" in ticks.tick(pushed(start, [0.4, 0, -1.01])).text
+        assert ticks.push([0.4, 0, -1.02]) is None
+    whole = under(pushed(start, [0.4, 0, -1.02]), start)
+    found = ticks.current.equilibrium
+    np.testing.assert_allclose(found.state, whole.state, rtol=0.0, atol=1e-9)
+
+
+def test_a_load_that_is_gone_before_it_was_borne_has_changed_nothing(at_the_border, monkeypatch):
+    ticks = Ticks(at_the_border)
+    with monkeypatch.context() as slow:
+        one_step_at_a_time(slow)
+        assert "not borne yet" in ticks.tick(pushed(at_the_border, [0, 0, 20.0])).text
+    assert ticks.tick(at_the_border.loads) is None
+    assert ticks.current.equilibrium is at_the_border
