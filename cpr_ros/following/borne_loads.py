@@ -5,8 +5,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from cpr_core import Loads, Robot
 from cpr_core.model.assessment import Assessment
@@ -16,13 +20,24 @@ from .refused_step import RefusedStep, Step
 from .steps import LONGEST_SOLVE, Undecided, attempt
 from .supervision import Refusal
 
-__all__ = ["BorneLoads"]
+__all__ = ["BorneLoads", "Snapped"]
 
 #: A tick that gets less far than this part of the way that is left may take twice as long the next time:
 #: near where a branch ends nothing is told in a short time, and the same short time tells it never.
 _FAR = 0.1
 #: It takes no longer than this [s]; what is not told by then is asked for again, but not all the time.
 _LONGEST = 8.0 * LONGEST_SOLVE
+
+#: That the robot may have snapped is told for so long [s]: messages are made between ticks, some later.
+_TOLD = 0.3
+
+_WAY_OUT = "measure the motors, or apply a solution from home"
+_TAKEN = "it is taken to be where it was before that wrench, but may have snapped elsewhere"
+
+
+@dataclass(frozen=True)
+class Snapped(Refusal):
+    """The robot may have snapped; the equilibrium it is told with is taken for where it is."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +50,7 @@ class _Way:
         reached: How far it was followed; of a load that never acts, so nobody else is told.
         time_limit: Of the next tick on it [s].
         bent: Whether it led to other loads first.
+        back: Why the straight way is refused, if this is one from before the wrench; None: this is it.
     """
 
     current: Assessment
@@ -42,10 +58,18 @@ class _Way:
     reached: Assessment
     time_limit: float = LONGEST_SOLVE
     bent: bool = False
+    back: Refusal | None = None
 
 
 class BorneLoads:
-    """The equilibrium under the loads of now, at the same motors."""
+    """The equilibrium under the loads of now, at the same motors.
+
+    The way there is straight, from the last loads that were borne. Where these were a push that ends or
+    becomes smaller, the branch may end on that way though it did not on the way here: sheets of
+    equilibria lie above each other where the robot buckles, and pushes may lead around their border.
+    But by the way it came, every step of it borne and the motors where they are, the robot can go back
+    to before the first push without leaving its sheet. A real one may have snapped: that is told.
+    """
 
     def __init__(self, robot: Robot) -> None:
         """Know nothing of any way.
@@ -55,6 +79,10 @@ class BorneLoads:
         """
         self._robot, self._refused = robot, RefusedStep()
         self._way: _Way | None = None
+        # Where the last loads were borne, and where the robot was before the first ones at these motors.
+        self._last: Assessment | None = None
+        self._before: Assessment | None = None
+        self._snapped, self._until = Snapped("branch_jump", ""), -math.inf
 
     def at(
         self, current: Assessment, loads: Loads, now: float
@@ -66,6 +94,17 @@ class BorneLoads:
             loads: Loads that act now; the object of the equilibrium if they have not changed.
             now: Steady time [s].
         """
+        borne, refusal = self._found(current, loads, now)
+        if isinstance(refusal, Snapped):
+            self._snapped, self._until = refusal, now + _TOLD
+        elif refusal is None and now < self._until:
+            refusal = self._snapped
+        return borne, refusal
+
+    def _found(
+        self, current: Assessment, loads: Loads, now: float
+    ) -> tuple[Assessment, Refusal | None]:
+        """The same of this tick alone."""
         if loads is current.equilibrium.loads:
             self._way = None
             return current, None
@@ -76,15 +115,20 @@ class BorneLoads:
             return current, refusal
         begin, way = time.perf_counter(), self._way_to(current, loads)
         ahead = _ahead(way, goal)
+        if isinstance(ahead, Refusal) and not isinstance(ahead, Undecided):
+            back = self._way_back(way, ahead)
+            if back is not None:
+                way, ahead = back, _ahead(back, goal)
         if isinstance(ahead, Assessment):
             self._way = None
-            return ahead, None
+            self._keep(current, ahead)
+            return ahead, None if way.back is None else _gone_back(way, way.back)
         if isinstance(ahead, Undecided):
             refusal = self._undecided(way, ahead)
             told = isinstance(refusal, Undecided)
         else:
             self._way, told = None, not way.bent  # without the bend it may be borne
-            refusal = Refusal(ahead.reason, f"the external wrench is not borne: {ahead.text}")
+            refusal = _refused(way, way.back or ahead)
         if told:
             self._refused.take(step, refusal, now, time.perf_counter() - begin)
         return current, refusal
@@ -95,9 +139,16 @@ class BorneLoads:
         if way is not None and way.current is current:
             if way.loads is loads:
                 return way
-            if loads.differences(current.equilibrium.loads):
+            if way.back is None and loads.differences(current.equilibrium.loads):
                 return replace(way, loads=loads, bent=True)
         return _Way(current, loads, current)
+
+    def _way_back(self, way: _Way, why: Refusal) -> _Way | None:
+        """The way from before the first push, if a smaller one is refused on the straight one."""
+        known = self._before if self._last is way.current else None
+        if known is None or way.bent or way.back is not None or not _how_less(way):
+            return None
+        return _Way(way.current, way.loads, known, back=why)
 
     def _undecided(self, way: _Way, ahead: Undecided) -> Refusal:
         """What is told of a way that is not at its end; undecided if it is not to be asked for soon."""
@@ -108,6 +159,15 @@ class BorneLoads:
             return Undecided(ahead.reason, f"the external wrench is not borne: {ahead.text}")
         return Refusal(ahead.reason, f"the external wrench is not borne yet: {ahead.text}")
 
+    def _keep(self, current: Assessment, ahead: Assessment) -> None:
+        """Note what is borne: another push at the same motors, the first one, or none any more."""
+        known = self._before if self._last is current else None
+        if known is None:
+            self._before = current
+        elif not ahead.equilibrium.loads.differences(known.equilibrium.loads):
+            self._before = ahead
+        self._last = ahead
+
 
 def _ahead(way: _Way, goal: MotorGoal) -> Assessment | Refusal:
     """Where a way ends, or why it does not, or not yet."""
@@ -115,3 +175,39 @@ def _ahead(way: _Way, goal: MotorGoal) -> Assessment | Refusal:
     if isinstance(ahead, Assessment) and ahead.index > way.current.index:
         return Refusal("margin", "the robot buckles")
     return ahead
+
+
+def _refused(way: _Way, why: Refusal) -> Refusal:
+    """What is told of loads that are not borne."""
+    less = _how_less(way)
+    if less:
+        return Refusal(why.reason, f"{_cannot_rest(less, why)}; {_WAY_OUT}")
+    return Refusal(why.reason, f"the external wrench is not borne: {why.text}")
+
+
+def _gone_back(way: _Way, why: Refusal) -> Snapped:
+    """What is told where the robot is taken to be where it was before the push."""
+    return Snapped("branch_jump", f"{_cannot_rest(_how_less(way), why)}; {_TAKEN}")
+
+
+def _cannot_rest(less: str, why: Refusal) -> str:
+    return (
+        f"the robot cannot rest where the external wrench held it now that it is {less}: {why.text}"
+    )
+
+
+def _how_less(way: _Way) -> str:
+    """Whether a push is ``gone`` or ``less`` at the end of a way; empty: neither."""
+    robot = way.current.equilibrium.robot
+    before, after = _wrenches(way.current.equilibrium.loads), _wrenches(way.loads)
+    if np.array_equal(before, after):
+        return ""
+    if not after.any() or np.array_equal(after, _wrenches(robot.default_loads)):
+        return "gone"
+    arms = np.repeat([1.0, robot.mean_length], 3)
+    return "less" if np.abs(arms * after).max() < np.abs(arms * before).max() else ""
+
+
+def _wrenches(loads: Loads) -> NDArray[np.float64]:
+    """Wrenches on the platform, fixed in space and turning with it, (2, 6) [N m, N]."""
+    return np.array([loads.wrench_world, loads.wrench_body])

@@ -127,7 +127,7 @@ class SetpointFollower:
     @property
     def returning(self) -> bool:
         """Whether the robot is on its way home and takes no setpoints."""
-        return self._returning and self._refusal is None
+        return self._returning and self._refusal is None and not self._burdened
 
     @property
     def moving(self) -> bool:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from ..following.borne_loads import Snapped
 from ..following.outcome import Outcome
 from ..following.supervision import Action, State
 
@@ -23,6 +24,7 @@ class Announcements:
     def __init__(self) -> None:
         """Take the robot for one that moves freely."""
         self._halted = False
+        self._snapped: Snapped | None = None
         self._free_since: float | None = None
         self._state = State.IDLE
         self._returning = False
@@ -42,9 +44,10 @@ class Announcements:
         """
         warning, told = "", outcome.verdict
         if told.action == Action.HALT or outcome.state in _HELD:
-            if not self._halted:
+            snapped = outcome.refusal if isinstance(outcome.refusal, Snapped) else None
+            if not self._halted or (snapped is not None and snapped is not self._snapped):
                 warning = f"halt ({outcome.state.name}, {told.status.name}): {told.text}"
-            self._halted, self._free_since = True, None
+            self._halted, self._free_since, self._snapped = True, None, snapped
             information = ""
         else:
             information = self._recovery(outcome, now)

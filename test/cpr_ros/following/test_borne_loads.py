@@ -1,18 +1,21 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Other loads at the same motors: borne in one tick or in several, or refused."""
+"""Other loads at the same motors: borne in one tick or in several, refused, and taken away again."""
 
 import numpy as np
 import pytest
 from helpers.drive import robot
 
-from cpr_core import solve_forward, solve_home, solve_inverse
+from cpr_core import NoForwardSolution, solve_forward, solve_home, solve_inverse
 from cpr_core.model.assessment import Assessment
 from cpr_core.solving.deadline import Deadline
 from cpr_ros.following import borne_loads
 from cpr_ros.following.borne_loads import BorneLoads
 from cpr_ros.following.steps import LONGEST_SOLVE, attempt
+
+#: Two pushes near where the hexapod buckles, each of them borne, from one side to the other [N].
+TO_ONE_SIDE, TO_THE_OTHER = [-0.75, 1.3, 0.4], [-1.6, -1.45, -0.5]
 
 
 @pytest.fixture
@@ -173,3 +176,96 @@ def test_a_load_that_is_gone_before_it_was_borne_has_changed_nothing(at_the_bord
         assert "not borne yet" in ticks.tick(pushed(at_the_border, [0, 0, 20.0])).text
     assert ticks.tick(at_the_border.loads) is None
     assert ticks.current.equilibrium is at_the_border
+
+
+def buckled_by_pushes(at_the_border):
+    """It is held by a push to one side, on the sheet that leans to the other."""
+    ticks = Ticks(at_the_border)
+    assert ticks.push(TO_ONE_SIDE) is None
+    assert ticks.push(TO_THE_OTHER) is None
+    return ticks
+
+
+def test_pushes_that_are_borne_may_lead_where_the_branch_ends_on_the_straight_way_back(
+    at_the_border,
+):
+    """No step had jumped: in small ones it goes the same way, and back."""
+    there = buckled_by_pushes(at_the_border).current.equilibrium
+    small, loads = at_the_border, [at_the_border.loads]
+    for force in (TO_ONE_SIDE, TO_THE_OTHER):
+        first = loads[-1]
+        for part in np.linspace(0.05, 1.0, 20):
+            loads.append(first.toward(pushed(at_the_border, force), part))
+            small = under(loads[-1], small)
+    np.testing.assert_allclose(small.state, there.state, rtol=0.0, atol=1e-6)
+    with pytest.raises(NoForwardSolution, match="turns back"):
+        solve_forward(there.robot, there.motors, start=there, loads=at_the_border.loads)
+    for last in reversed(loads):
+        small = under(last, small)
+    np.testing.assert_allclose(small.state, at_the_border.state, rtol=0.0, atol=1e-6)
+
+
+def test_the_end_of_a_push_leads_back_the_way_it_came(at_the_border):
+    """It was HALT for ever, with the cause gone, in numbers of a push that had ended."""
+    ticks = buckled_by_pushes(at_the_border)
+    refusal = ticks.push([0, 0, 0])
+    assert refusal.reason == "branch_jump"
+    assert "held it now that it is gone: no equilibrium is reached: the branch " in refusal.text
+    assert refusal.text.endswith("was before that wrench, but may have snapped elsewhere")
+    found = ticks.current.equilibrium
+    np.testing.assert_allclose(found.state, at_the_border.state, rtol=0.0, atol=1e-9)
+    np.testing.assert_array_equal(found.motors, at_the_border.motors)
+    assert ticks.tick(found.loads) is None  # it was told once
+    assert buckled_by_pushes(found).current.equilibrium.stable
+
+
+def test_a_push_that_becomes_smaller_leads_back_the_way_it_came(at_the_border):
+    ticks = buckled_by_pushes(at_the_border)
+    refusal = ticks.push([-0.05, -0.05, 0.0])
+    assert "now that it is less: " in refusal.text
+    direct = under(pushed(at_the_border, [-0.05, -0.05, 0.0]), at_the_border)
+    found = ticks.current.equilibrium
+    np.testing.assert_allclose(found.state, direct.state, rtol=0.0, atol=1e-9)
+    assert ticks.push([0, 0, 0]) is None
+
+
+def test_a_way_back_is_followed_from_tick_to_tick_too(at_the_border, monkeypatch):
+    ticks = buckled_by_pushes(at_the_border)
+    real = borne_loads.attempt
+
+    def late(current, goal, fraction, loads, time_limit):
+        """The first solve from before the pushes gets nowhere."""
+        if current.equilibrium is at_the_border and not late.told:
+            late.told = True
+            return borne_loads.Undecided("not_converged", "no equilibrium is found within 0.1 s")
+        return real(current, goal, fraction, loads, time_limit)
+
+    late.told = False
+    monkeypatch.setattr(borne_loads, "attempt", late)
+    refusal = ticks.push([0, 0, 0])
+    assert late.told
+    assert refusal.reason == "branch_jump"
+    np.testing.assert_array_equal(ticks.current.equilibrium.motors, at_the_border.motors)
+
+
+def test_the_end_of_a_push_says_what_helps_where_no_way_back_is_known(at_the_border):
+    """Under the push the motors had moved, or a solution was applied."""
+    ticks = Ticks(buckled_by_pushes(at_the_border).current.equilibrium)
+    before = ticks.current
+    refusal = ticks.push([0, 0, 0])
+    assert ticks.current is before
+    assert refusal.reason == "not_converged"
+    assert refusal.text.startswith(
+        "the robot cannot rest where the external wrench held it now that it is gone: no equilibrium"
+    )
+    assert refusal.text.endswith("; measure the motors, or apply a solution from home")
+
+
+def test_a_larger_push_is_not_tried_from_before_the_first(at_the_border):
+    """A robot that snaps under it is not to go on as if it had not."""
+    ticks = buckled_by_pushes(at_the_border)
+    before = ticks.current
+    refusal = ticks.push([0, -3.0, 0])
+    assert ticks.current is before
+    assert refusal.text.startswith("the external wrench is not borne: ")
+    assert Ticks(at_the_border).push([0, -3.0, 0]) is None  # from there it would be borne

@@ -15,7 +15,7 @@ from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, Drive, changed_robot, ro
 from helpers.geared_robots import geared
 from helpers.shipped_steps import STEPS
 
-from cpr_core import Equilibrium, load_robot, solve_forward, solve_home
+from cpr_core import Equilibrium, load_robot, solve_forward, solve_home, solve_inverse
 from cpr_core.model.assessment import Assessment, Threshold
 from cpr_core.solving.deadline import Deadline
 from cpr_ros.following import borne_loads, judged_steps, pose_steps, steps
@@ -603,3 +603,24 @@ def test_a_wrench_that_is_not_borne_halts_and_changes_nothing(rfrfr):
     assert rfrfr.current.equilibrium is solve_home(rfrfr.robot)
     rfrfr.loads = solve_home(rfrfr.robot).loads
     assert rfrfr.tick().verdict.status == Status.NO_WARNING
+
+
+def test_a_robot_that_may_have_snapped_is_halted_long_enough_to_be_told(monkeypatch):
+    """No message was made in a single tick; and without a tick more it would be halted for ever."""
+    drive = Drive(robot("gough_stewart"))
+    pose = solve_home(drive.robot).pose + [0.0664, 0, 0, 0, 0, 0, 0]
+    start = solve_inverse(drive.robot, pose, start=solve_home(drive.robot))
+    Solves(monkeypatch, borne_loads, time_limit=1e3)  # however busy the computer
+    drive.current = Assessment(start)
+    for force in ([-0.75, 1.3, 0.4], [-1.6, -1.45, -0.5]):
+        drive.loads = start.loads.with_(wrench_world=[0, 0, 0, *force])
+        assert drive.tick().refusal is None
+    drive.loads = start.loads.with_(wrench_world=np.zeros(6))
+    for _ in range(round(0.3 / PERIOD) - 1):
+        told = drive.tick().verdict
+        assert (told.status, told.action) == (Status.BRANCH_JUMP, Action.HALT)
+        assert not drive.follower.at_rest
+    np.testing.assert_allclose(drive.position, start.platform_position, rtol=0.0, atol=1e-12)
+    outcome = drive.until(lambda outcome: outcome.refusal is None, ticks=3)
+    assert outcome.verdict.status == Status.HALT_FOR_STABILITY  # which the margin is there
+    assert drive.follower.at_rest

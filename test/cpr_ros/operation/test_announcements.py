@@ -10,6 +10,7 @@ from helpers.drive import PERIOD, robot
 
 from cpr_core import solve_home
 from cpr_core.model.assessment import Assessment
+from cpr_ros.following.borne_loads import Snapped
 from cpr_ros.following.outcome import Outcome
 from cpr_ros.following.supervision import Action, State, Status, Verdict
 from cpr_ros.operation.announcements import Announcements
@@ -51,6 +52,19 @@ def test_a_halt_and_its_end_are_said_once(log):
         log.ticks(300, State.FOLLOWING, FREE)
         assert log.warnings == ["halt (HALTED, HALT_FOR_STABILITY): too near"] * number
         assert log.informations == ["the halt is over (FOLLOWING): stable"] * number
+
+
+def test_a_robot_that_may_have_snapped_is_told_of_within_a_halt_too(log):
+    log.ticks(10, State.IDLE, HALT)
+    snapped = Verdict(Status.BRANCH_JUMP, "snapped", Action.HALT, 0.0, "margin", 0.0)
+    log.outcome = replace(log.outcome, refusal=Snapped("branch_jump", "snapped"))
+    log.ticks(10, State.IDLE, snapped)
+    log.outcome = replace(log.outcome, refusal=None)
+    log.ticks(10, State.IDLE, HALT)
+    assert log.warnings == [
+        "halt (IDLE, HALT_FOR_STABILITY): too near",
+        "halt (IDLE, BRANCH_JUMP): snapped",
+    ]
 
 
 def test_motors_that_are_measured_no_more_are_told_once(log):
