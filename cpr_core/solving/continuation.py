@@ -261,6 +261,8 @@ class _Walker:
     def _by_arc_length(self, point: Point) -> Walk | Point:
         """Steps by arc length, from a point beyond which no step at a fraction succeeds.
 
+        Long, as whatever a step may come to is told apart in order.
+
         Returns:
             The walk if it ends, else the point from where steps at fractions can go on.
         """
