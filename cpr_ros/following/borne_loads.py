@@ -17,16 +17,15 @@ from cpr_core.model.assessment import Assessment
 
 from .goals import MotorGoal
 from .refused_step import RefusedStep, Step
-from .steps import LONGEST_SOLVE, Undecided, attempt
+from .steps import Undecided, attempt
 from .supervision import Refusal
 
 __all__ = ["BorneLoads", "Snapped"]
 
-#: A tick that gets less far than this part of the way that is left may take twice as long the next time:
-#: near where a branch ends nothing is told in a short time, and the same short time tells it never.
-_FAR = 0.1
-#: It takes no longer than this [s]; what is not told by then is asked for again, but not all the time.
-_LONGEST = 8.0 * LONGEST_SOLVE
+#: A tick that gets less far than this part of the way that is left has got nowhere: near where a branch
+#: ends nothing is told in the time of a tick. After so many in a row the loads are taken for not borne;
+#: they are asked for again, not all the time. A longer tick would tell more, but streams wait for it.
+_NOWHERE, _PATIENCE = 0.01, 4
 
 #: That the robot may have snapped is told for so long [s]: messages are made between ticks, some later.
 _TOLD = 0.3
@@ -48,7 +47,7 @@ class _Way:
         current: The equilibrium of the robot all the while.
         loads: Where it leads.
         reached: How far it was followed; of a load that never acts, so nobody else is told.
-        time_limit: Of the next tick on it [s].
+        idle: How many ticks in a row have got nowhere on it.
         bent: Whether it led to other loads first.
         back: Why the straight way is refused, if this is one from before the wrench; None: this is it.
     """
@@ -56,7 +55,7 @@ class _Way:
     current: Assessment
     loads: Loads
     reached: Assessment
-    time_limit: float = LONGEST_SOLVE
+    idle: int = 0
     bent: bool = False
     back: Refusal | None = None
 
@@ -152,10 +151,9 @@ class BorneLoads:
 
     def _undecided(self, way: _Way, ahead: Undecided) -> Refusal:
         """What is told of a way that is not at its end; undecided if it is not to be asked for soon."""
-        far, most = ahead.fraction >= _FAR, way.time_limit >= _LONGEST
-        time_limit = way.time_limit if far else min(_LONGEST, 2.0 * way.time_limit)
-        self._way = replace(way, reached=ahead.reached or way.reached, time_limit=time_limit)
-        if most and not far:
+        idle = way.idle + 1 if ahead.fraction < _NOWHERE else 0
+        self._way = replace(way, reached=ahead.reached or way.reached, idle=idle)
+        if idle >= _PATIENCE:
             return Undecided(ahead.reason, f"the external wrench is not borne: {ahead.text}")
         return Refusal(ahead.reason, f"the external wrench is not borne yet: {ahead.text}")
 
@@ -171,7 +169,7 @@ class BorneLoads:
 
 def _ahead(way: _Way, goal: MotorGoal) -> Assessment | Refusal:
     """Where a way ends, or why it does not, or not yet."""
-    ahead = attempt(way.reached, goal, 1.0, way.loads, way.time_limit)
+    ahead = attempt(way.reached, goal, 1.0, way.loads)
     if isinstance(ahead, Assessment) and ahead.index > way.current.index:
         return Refusal("margin", "the robot buckles")
     return ahead

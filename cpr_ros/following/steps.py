@@ -29,8 +29,7 @@ from .supervision import Refusal
 
 __all__ = ["LONGEST_SOLVE", "Undecided", "attempt", "change_between", "falls"]
 
-#: Longest time that a solution of a tick may take [s]: meanwhile the node hears nothing. Only loads that
-#: would never be told from others in so short a time are given more.
+#: Longest time that a solution of a tick may take [s]: meanwhile the node hears nothing.
 LONGEST_SOLVE = 0.1
 
 

@@ -3,6 +3,9 @@
 
 """Other loads at the same motors: borne in one tick or in several, refused, and taken away again."""
 
+import time
+from itertools import count
+
 import numpy as np
 import pytest
 from helpers.drive import robot
@@ -12,7 +15,7 @@ from cpr_core.model.assessment import Assessment
 from cpr_core.solving.deadline import Deadline
 from cpr_ros.following import borne_loads
 from cpr_ros.following.borne_loads import BorneLoads
-from cpr_ros.following.steps import LONGEST_SOLVE, attempt
+from cpr_ros.following.steps import Undecided, attempt
 
 #: Two pushes near where the hexapod buckles, each of them borne, from one side to the other [N].
 TO_ONE_SIDE, TO_THE_OTHER = [-0.75, 1.3, 0.4], [-1.6, -1.45, -0.5]
@@ -56,7 +59,8 @@ class Ticks:
         before, loads = self.current, pushed(self.current.equilibrium, force)
         for _ in range(100):
             refusal = self.tick(loads)
-            if refusal is None or "not borne yet" not in refusal.text:
+            decided = not isinstance(refusal, Undecided)  # a busy computer takes some ticks more
+            if refusal is None or (decided and "not borne yet" not in refusal.text):
                 return refusal
             assert self.current is before
         raise AssertionError(f"not told in 100 ticks: {self.refusal}")
@@ -64,12 +68,12 @@ class Ticks:
 
 @pytest.fixture
 def solves(monkeypatch):
-    """Every solve that is asked for: its time limit [s]."""
+    """The loads of every solve that is asked for."""
     asked = []
 
-    def counted(current, goal, fraction, loads, time_limit):
-        asked.append(time_limit)
-        return attempt(current, goal, fraction, loads, time_limit)
+    def counted(current, goal, fraction, loads):
+        asked.append(loads)
+        return attempt(current, goal, fraction, loads)
 
     monkeypatch.setattr(borne_loads, "attempt", counted)
     return asked
@@ -105,40 +109,37 @@ def test_loads_that_are_not_borne_leave_the_robot_where_it_is(home, solves):
     refusal = ticks.push([0, -1000.0, 0])
     assert ticks.current.equilibrium is home
     assert refusal.text.startswith("the external wrench is not borne: ")
-    count, loads = len(solves), pushed(home, [0, -1001.0, 0])
+    before, loads = len(solves), pushed(home, [0, -1001.0, 0])
     refusal = ticks.tick(loads)
     assert ticks.tick(loads) is refusal  # it is not solved for again
-    assert len(solves) == count + 1
+    assert len(solves) == before + 1
 
 
-def test_a_load_beyond_where_branches_cross_is_refused_in_the_end(at_the_border, solves):
+def test_a_load_beyond_where_branches_cross_is_refused_in_the_end(at_the_border):
     """Ticks of 0.1 s got nowhere for ever, and the model was where a part of the load had brought it."""
-    ticks = Ticks(at_the_border)
-    loads = pushed(at_the_border, [0, 0, 20.0])
+    ticks, loads = Ticks(at_the_border), pushed(at_the_border, [0, 0, 20.0])
     for _ in range(100):
         refusal = ticks.tick(loads)
         assert ticks.current.equilibrium is at_the_border
-        if "not borne: no equilibrium is reached" in refusal.text:
-            break
-    assert "several branches cross" in refusal.text
-    assert solves[0] == LONGEST_SOLVE
-    count = len(solves)
-    for _ in range(100):
-        assert ticks.tick(loads) is refusal
-    assert len(solves) == count
+        if refusal.text.startswith("the external wrench is not borne: no equilibrium is "):
+            return
+    raise AssertionError(refusal.text)
 
 
-def test_a_way_that_gets_nowhere_in_time_is_given_more_but_not_all_the_time(
-    home, solves, monkeypatch
-):
-    """Whether a load is borne does not depend on how fast the computer is."""
+def test_a_way_that_gets_nowhere_is_tried_again_but_not_all_the_time(home, solves, monkeypatch):
+    """No tick takes longer for it: streams wait."""
     monkeypatch.setattr(Deadline, "over", property(lambda deadline: True))
     ticks, loads = Ticks(home), pushed(home, [0, -0.1, 0])
+    monkeypatch.setattr(time, "perf_counter", count(0.0, 0.1).__next__)  # what a tick takes
     for _ in range(3):
         assert "the external wrench is not borne yet: " in ticks.tick(loads).text
-    assert "the external wrench is not borne: no equilibrium is found" in ticks.tick(loads).text
-    assert solves == [pytest.approx(part * LONGEST_SOLVE) for part in (1, 2, 4, 8)]
+    refusal = ticks.tick(loads)
+    assert "the external wrench is not borne: no equilibrium is found" in refusal.text
+    ticks.now -= 0.5  # half a second later
+    assert ticks.tick(loads) is refusal
+    assert len(solves) == 4
     monkeypatch.undo()
+    ticks.now += 10.0
     assert ticks.tick(loads) is None
     assert ticks.current.equilibrium.loads is loads
 
@@ -233,12 +234,12 @@ def test_a_way_back_is_followed_from_tick_to_tick_too(at_the_border, monkeypatch
     ticks = buckled_by_pushes(at_the_border)
     real = borne_loads.attempt
 
-    def late(current, goal, fraction, loads, time_limit):
+    def late(current, goal, fraction, loads):
         """The first solve from before the pushes gets nowhere."""
         if current.equilibrium is at_the_border and not late.told:
             late.told = True
-            return borne_loads.Undecided("not_converged", "no equilibrium is found within 0.1 s")
-        return real(current, goal, fraction, loads, time_limit)
+            return Undecided("not_converged", "no equilibrium is found within 0.1 s")
+        return real(current, goal, fraction, loads)
 
     late.told = False
     monkeypatch.setattr(borne_loads, "attempt", late)
