@@ -21,6 +21,7 @@ from cpr_core import Robot
 from cpr_core.errors import distinct
 
 from .goals import largest_way, motor_steps
+from .standstill import RESTING, Standstill
 from .two_places import OFTEN, TwoPlaces, apart_in_words
 
 __all__ = ["SETTLING", "MovedByOthers"]
@@ -37,8 +38,6 @@ _CERTAIN = 0.05
 _TRIAL, _OFTEN_ON_TRIAL = 1.0, 2
 #: So many tolerances between a place and the one with the other sign: nobody comes there by chance.
 _FAR = 4.0
-#: Motors that move by less are at rest [rad, rod lengths].
-RESTING = 0.01
 #: Motors follow that go so much of their speed limit: those of slow robots rest for longer before it is
 #: said that they do not.
 FOLLOWING = 0.1
@@ -58,13 +57,14 @@ class MovedByOthers:
         self._tolerance, self._way, self.away, self.doubt = tolerance, 0.0, "", ""
         self._robot, self._units = robot, robot.motor_units.tolist()
         self._max_speed, self._patience = math.inf, SETTLING
-        self._commanded = self._set_off = -math.inf
+        self._commanded = -math.inf
         self._in_motion = self._waited_for = False  # when the way was measured
         self._places, self._apart = TwoPlaces(robot), 0.0
         self._trial, self._tried_since = "", -math.inf
         self._mirrored = False
-        self._resting: Floats | None = None
-        self._resting_since = self._far_since = math.inf
+        self._standstill = Standstill(robot)
+        self._measured: Floats | None = None
+        self._far_since = math.inf
 
     @property
     def in_question(self) -> str:
@@ -84,18 +84,28 @@ class MovedByOthers:
 
     def commanded(self, now: float, command: Floats) -> None:
         """Take note of a new command, (n,)."""
+        rested, far = now - self._commanded >= SETTLING, 0.0 < self._tolerance < self._way
+        arrived = rested and not (far or self._waited_for)
+        if arrived or self.away:  # else a pause in which they did not come is none
+            self._standstill.begin(command)
         self._trust(now)
         self._places.sent(command, now)
+        self._standstill.commanded(command, now, self._is_late(command))
+
+    def _is_late(self, command: Floats) -> bool:
+        """Whether motors are farther from a command, (n,), than is tolerated, or it waits for them."""
+        if self._waited_for or self._measured is None:
+            return self._waited_for
+        return 0.0 < self._tolerance < largest_way(command, self._measured, self._units)
 
     def _trust(self, now: float) -> None:
         """The motors are taken to be where the node has them."""
-        if now - self._commanded >= SETTLING:
-            self._set_off = now
         self._commanded, self.away, self.doubt, self._apart = now, "", "", 0.0
 
     def begin(self) -> None:
         """The motors are known to be where the node has them, whatever was measured before."""
         self._trust(-math.inf)
+        self._standstill.begin(None)
         self.forget_places()
 
     def forget_places(self) -> None:
@@ -157,13 +167,14 @@ class MovedByOthers:
             waited_for: Whether commands go no farther until the motors follow.
             several: Whether there may be several who measure them: else they are in one place.
         """
-        if self._resting is None or largest_way(self._resting, measured, self._units) > RESTING:
-            self._resting, self._resting_since = measured, now
+        self._measured = measured
+        self._standstill.measured(measured, commands, now)
         self._limit_speed(max_speed)
         self._waited_for = waited_for
         self._in_motion = waited_for or now - self._commanded < SETTLING
-        # Motors that go on their way late have not stood still since they were sent there.
-        stuck = now - max(self._resting_since, self._set_off) >= self._patience
+        if commands is not None:
+            self._standstill.commanded(commands, now, self._is_late(commands))
+        stuck = self._standstill.lasted(now) >= self._patience
         self._way = 0.0 if commands is None else largest_way(commands, measured, self._units)
         self._mirrored = commands is not None and self._is_mirrored(measured, commands)
         far = self._words()
@@ -179,12 +190,12 @@ class MovedByOthers:
             return False
         if self._in_motion and not stuck:
             return False
-        if far and now - min(self._far_since, self._resting_since) >= _CERTAIN:
+        if far and now - min(self._far_since, self._standstill.since) >= _CERTAIN:
             self.away = far
         elif far:
             self.doubt = self._words_of_doubt()
         # Those that do not follow are begun with a little later: it is told first that they do not.
-        rest = now - self._resting_since >= SETTLING and not self._in_motion
+        rest = now - self._standstill.since >= SETTLING and not self._in_motion
         return bool(self.away) and rest and not self._mirrored
 
     def _is_mirrored(self, measured: Floats, commands: Floats) -> bool:
@@ -222,7 +233,7 @@ class MovedByOthers:
             return (
                 f"the motors do not follow: one was measured {told} (rad or rod lengths) from its "
                 f"command, more than moved_tolerance {tolerance}, and all at rest for "
-                f"{self._patience:.3g} s while commands went on; the node begins where they are"
+                f"{self._patience:.3g} s though commands went on; the node begins where they are"
             )
         if self._mirrored:
             return (

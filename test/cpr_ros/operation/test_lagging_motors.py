@@ -12,6 +12,7 @@ from helpers.drive import PERIOD, SETTINGS
 from helpers.session_bench import LIVE, apply, commanded, waiting
 
 from cpr_ros.following.goals import MotorGoal
+from cpr_ros.following.standstill import GONE_ON
 from cpr_ros.following.supervision import BLIND, Action, State
 
 
@@ -111,7 +112,7 @@ def test_a_motor_that_stays_jammed_ends_what_waits_for_it(bench, speed, begins_t
         begin = session.take_measured(home, bench.now) or begin
         bench.tick()
         ticks += 1
-    assert ticks == pytest.approx(0.5 / PERIOD, abs=3)
+    assert ticks == pytest.approx((0.5 + GONE_ON / speed) / PERIOD, abs=3)
     assert "the motors do not follow: one was measured" in session.follower.dropped
     for _ in range(200):
         begin = session.take_measured(home, bench.now) or begin
