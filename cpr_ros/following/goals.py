@@ -112,7 +112,10 @@ class MotorGoal:
         """Motor positions at a fraction of the way that is left, (n,); to the last bit if none is."""
         if fraction == 1.0:
             return self.motors
-        return start.motors + fraction * (self.motors - start.motors)
+        begin, end = start.motors, self.motors
+        # Rounding moves no motor that stays, and none beyond a limit it is at.
+        between = begin + fraction * (end - begin)
+        return np.clip(between, np.minimum(begin, end), np.maximum(begin, end))
 
     def solve(
         self, start: Equilibrium, fraction: float, loads: Loads, time_limit: float | None = None

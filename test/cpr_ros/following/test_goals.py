@@ -3,9 +3,13 @@
 
 """Straight ways to motor positions and platform poses."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from helpers.drive import robot
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cpr_core import solve_forward, solve_home
 from cpr_core.lie import rotation_log
@@ -114,3 +118,16 @@ def test_a_motor_keeps_its_own_speed_limit():
     np.testing.assert_allclose(motor_steps(robot("planar_body"), 5.0, 0.01), 0.02)  # its 2 rad/s
     np.testing.assert_allclose(motor_steps(robot("planar_body"), 1.0, 0.01), 0.01)
     np.testing.assert_allclose(motor_steps(robot("rfrfr"), 0.5, 0.01), 0.005)
+
+
+places = st.floats(-3.0, 3.0)
+
+
+@given(begin=places, end=places, stays=places, part=st.floats(0.0, 1.0))
+def test_motors_that_stay_are_not_moved_by_rounding(begin, end, stays, part):
+    """One at its limit was sent 3e-16 beyond it, which was a halt at the end of its way."""
+    rfrfr = robot("rfrfr")
+    start = SimpleNamespace(motors=np.array([begin, stays]))
+    first, second = MotorGoal(rfrfr, [end, stays]).at(start, part)
+    assert second == stays
+    assert min(begin, end) <= first <= max(begin, end)
