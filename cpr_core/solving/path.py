@@ -19,16 +19,14 @@ from numpy.typing import NDArray
 from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.continuation_kernel import FREELY, UNPREDICTED
-from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, interpolated_loads
 from ..kernels.natural_units import EFFORT_UNIT
-from ..kernels.prepared_robot import continue_prepared, evaluate_prepared
-from ..kernels.problems import PROBLEMS
+from ..kernels.prepared_robot import evaluate_prepared
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
 from ..kernels.twist_layout import ANGULAR
 from ..lie import angle_motions, rotation_log
 from ..model.displacement import displaced
-from ..model.equilibrium import Equilibrium, described, new_record
+from ..model.equilibrium import Equilibrium, described, stepped
 from ..model.smallest_singular_value import smallest_singular_value
 from ..validation import cached_property
 from .deadline import Deadline
@@ -210,27 +208,16 @@ class Path:
         """
         if self._deadline.over:
             raise OutOfTime
-        robot, before = self._robot, near.equilibrium
-        loads, records = self._loads_at(fraction), new_record(robot, 1)
-        kept = kept_factors(robot.arrays)
-        mode = UNPREDICTED if self._loads_change else FREELY
+        before, asked, loads = (
+            near.equilibrium,
+            self._loads_between(fraction),
+            self._loads_at(fraction),
+        )
         given = self._target.given(self.start, fraction, before)
-        if not continue_prepared(
-            robot.prepared,
-            loads,
-            PROBLEMS[self.problem],
-            given,
-            mode,
-            RESIDUAL_TOLERANCE,
-            ITERATIONS,
-            CONTRACTION,
-            before.record,
-            before.factors,
-            records,
-            kept,
-        ):
+        mode = UNPREDICTED if self._loads_change else FREELY
+        found = stepped(before, self._robot, asked, loads, self.problem, given, mode)
+        if found is None:
             return None
-        found = Equilibrium(robot, self._loads_between(fraction), loads, records[0], kept)
         self.iterations += found.iterations
         return self._found(fraction, found)
 

@@ -9,7 +9,6 @@ pose they go along the null space to where an objective is least.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -50,7 +49,6 @@ def walk_to(
     stable_only: bool = False,
     singularities: bool = False,
     time_limit: float | None = None,
-    progress: Callable[[float], None] | None = None,
 ) -> Walk:
     """Follow the branch of an equilibrium to a target, as ``follow``, also where motors are redundant.
 
@@ -64,7 +62,6 @@ def walk_to(
         stable_only: Stop where the stability index grows above zero.
         singularities: Locate inverse singularities on the way of motors or efforts too.
         time_limit: Give up after this time [s].
-        progress: Called with the fraction reached.
 
     Raises:
         InvalidRequest: A time limit that is negative or no number.
@@ -77,11 +74,10 @@ def walk_to(
             stable_only=stable_only,
             singularities=singularities,
             time_limit=time_limit,
-            progress=progress,
         )
     aim = LeastMotion(start.motors) if objective is None else objective
     walks = HeldWalks(stable_only, Deadline(time_limit))
-    return _Redundant(target, loads, aim, walks, progress).walk(start)
+    return _Redundant(target, loads, aim, walks).walk(start)
 
 
 @dataclass(eq=False)
@@ -92,7 +88,6 @@ class _Redundant:
     loads: Loads
     objective: Objective
     walks: HeldWalks
-    progress: Callable[[float], None] | None
     events: list[PathEvent] = field(default_factory=list)
 
     def walk(self, start: Equilibrium) -> Walk:
@@ -139,8 +134,6 @@ class _Redundant:
             elif whole < _SMALLEST_STAGE:
                 return self._lost(reached, last)
             reached += whole
-            if self.progress is not None:
-                self.progress(reached)
         return self._lost(reached, last)
 
     def _lost(self, fraction: float, last: Equilibrium) -> Walk:
