@@ -46,6 +46,15 @@ class MotorLimitArrays(NamedTuple):
         left: Floats = np.minimum(at - self.lower, self.upper - at) / self.unit
         return left
 
+    def sides_left(self, motors: Floats, efforts: Floats) -> Floats:
+        """How far motors (n,) and efforts (n,) are from either end of their limits, (2 k + 2 m,).
+
+        In natural units, and relative to the limits of effort. Unlike the nearest end it has no kink.
+        """
+        at, part = motors[self.ranged], efforts[self.loaded] / self.effort
+        lower, upper = (at - self.lower) / self.unit, (self.upper - at) / self.unit
+        return np.concatenate([lower, upper, 1.0 + part, 1.0 - part])
+
     def effort_reserves(self, efforts: Floats) -> Floats:
         """What efforts (..., n) leave of the effort limits, relative to these, (..., m)."""
         reserves: Floats = 1.0 - np.abs(efforts[..., self.loaded]) / self.effort

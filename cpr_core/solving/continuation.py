@@ -34,7 +34,7 @@ from .bracketing import (
 )
 from .events import EventKind, PathEvent
 from .hidden_changes import may_hide
-from .limits import Limit, limit_error
+from .limits import Limit, grazes, limit_error
 from .path import OutOfTime, Path, Point, Tangent
 from .targets import Target
 
@@ -55,8 +55,8 @@ SEVERAL = "several branches cross, none of them goes on alone"
 MOST_ARCS, MOST_ARCS_PAST_FOLDS = 300, 3000
 
 
-def _hides(other: Point, first: Point, last: Point) -> bool:
-    """Whether something may have happened, and been undone, between two points, beside a third one."""
+def _hides(other: Point, first: Point, last: Point) -> tuple[bool, ...]:
+    """What may have happened, and been undone, between two points, beside a third one."""
     places = other.fraction, first.fraction, last.fraction
     return may_hide(places, (other.watched, first.watched, last.watched))
 
@@ -205,34 +205,38 @@ class _Walker:
                 before = None
             else:
                 half = 0.5 * (ahead - point.fraction)
-                if self._may_hide(before, point, next_point):
+                hidden = self._hidden(before, point, next_point)
+                if any(hidden):
                     if half >= SMALLEST_STEP * longest:
                         step = half
                         continue
-                    if self._several_meet(point, next_point):
+                    if hidden[-1] and self._several_meet(point, next_point):
                         return self._end(point, "bifurcation", SEVERAL)
                 step = min(longest, 2.0 * max(2.0 * half, step))
                 before, point = point, next_point
             self._keep(point)
         return self._done(point)
 
-    def _may_hide(self, before: Point | None, point: Point, next_point: Point) -> bool:
-        """Whether something may have happened, and been undone, between two points.
+    def _hidden(self, before: Point | None, point: Point, next_point: Point) -> tuple[bool, ...]:
+        """Which of what is watched may have happened, and been undone, between two points.
 
         Args:
             before: The point before them; None: there is none, a point in the middle tells instead.
             point: A point.
             next_point: The next one.
         """
+        if grazes(point.margins, next_point.margins):
+            return (True, False)  # a limit
         if not point.watched:
-            return False
+            return ()
         step = next_point.fraction - point.fraction
         if before is not None and point.fraction - before.fraction > SMALLEST_STEP * step:
             return _hides(before, point, next_point)
         middle = self.path.at(point, point.fraction + 0.5 * step)
         if middle is None or differ(point, middle):
-            return True
-        return _hides(next_point, point, middle) or _hides(point, middle, next_point)
+            return (True,)
+        halves = _hides(next_point, point, middle), _hides(point, middle, next_point)
+        return tuple(map(any, zip(*halves, strict=True)))
 
     def _several_meet(self, point: Point, next_point: Point) -> bool:
         """Whether several branches meet between two neighbours, on symmetric ways of symmetric robots.
@@ -305,9 +309,11 @@ class _Walker:
             elif (
                 before is not None
                 and length > FIRST_ARC * SMALLEST_STEP
-                and may_hide(
-                    (-length_before, 0.0, length),
-                    (before.watched, point.watched, next_point.watched),
+                and any(
+                    may_hide(
+                        (-length_before, 0.0, length),
+                        (before.watched, point.watched, next_point.watched),
+                    )
                 )
             ):
                 arc = 0.5 * length

@@ -12,11 +12,11 @@ from .hidden_changes import may_hide_in_one_step
 from .limits import grazes, margins, may_be_kept_again, violated
 from .targets import Target
 
-__all__ = ["solve_near"]
+__all__ = ["ALONE", "solve_near"]
 
 #: Longest step, in longest steps of a walk, that may be taken alone where something is watched that its
 #: ends may not show: longer ones are looked at in between, by a walk.
-_ALONE = 0.1
+ALONE = 0.1
 
 
 def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilibrium | None:
@@ -36,7 +36,7 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
         return None
     watched = pose or may_be_kept_again(robot, target.problem)
     length = target.distance(start) / LONGEST_STEP if watched else 0.0
-    if length > _ALONE:
+    if length > ALONE:
         return None
     found = stepped(
         start, robot, start.loads, start.load_arrays, target.problem, target.given(start), WATCHED

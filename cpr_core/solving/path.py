@@ -358,7 +358,11 @@ class Path:
         Symmetric robots pass inverse singularities with two singular values at once: the determinant
         keeps its sign, and Newton's method may not see it.
         """
-        values = margin.tolist() if self._limits_return else []
+        values = list[float]()
+        if self._limits_return:
+            sides = self._robot.motor_limits.sides_left(equilibrium.motors, equilibrium.efforts)
+            values += sides[np.isfinite(sides)].tolist()
+            values += margin[len(self._robot.motor_limits.order) :].tolist()
         if not self.conservative:
             return tuple(values)
         if self._stability:

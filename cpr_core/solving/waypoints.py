@@ -18,6 +18,7 @@ from ..errors import InvalidRequest
 from ..kernels.continuation_kernel import WATCHED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes
+from ..kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
 from ..kernels.prepared_robot import continue_prepared
 from ..kernels.problems import PROBLEMS, ProblemName
 from ..kernels.record_layout import INVERSE_SIGN, SIGNS
@@ -28,7 +29,8 @@ from ..validation import checked_matrix
 from .deadline import Deadline
 from .events import PathEvent
 from .geometrico_statics import checked_start
-from .limits import margins_along, undisturbed
+from .limits import margins_along, may_be_kept_again, undisturbed
+from .near_request import ALONE
 from .objectives import objective_of
 from .redundant_walk import walk_to
 from .requests import pose_meaning, target_of
@@ -41,6 +43,9 @@ Floats = NDArray[np.float64]
 
 #: Requests solved between two looks at the clock, where time is limited: some hundredths of a second.
 _BETWEEN_LOOKS = 256
+
+#: As `near_request.ALONE`, where stretches without stability must not be missed on the way of poses.
+_STABLE_ALONE = 0.02
 
 _PROBLEM: dict[str, ProblemName] = {"motors": "motors", "poses": "pose", "efforts": "efforts"}
 
@@ -97,15 +102,18 @@ def trace_through(
     objective_of(start, _PROBLEM[kind], objective)
     last, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
+    far = _far_rows(start, kind, rows, stable_only, singularities)
     while len(found) < count and stopped is None:
-        ahead = rows if math.isinf(deadline.left) else rows[: len(found) + _BETWEEN_LOOKS]
+        until = far[np.searchsorted(far, len(found))]
+        if not math.isinf(deadline.left):
+            until = min(until, len(found) + _BETWEEN_LOOKS)
         unstable = last.index_free if kind == "efforts" else last.index_locked
         quiet = last.loads is found.loads and not (stable_only and unstable)
-        if quiet and not deadline.over:
-            last = _run(found, last, kind, ahead, singularities)
+        if quiet and until > len(found) and not deadline.over:
+            last = _run(found, last, kind, rows[:until], singularities)
+            if len(found) == until:
+                continue
         done = len(found)
-        if done == len(ahead):
-            continue
         walk = walk_to(
             last,
             target_of(last, _PROBLEM[kind], rows[done]),
@@ -166,6 +174,45 @@ class _Records(Sequence[Equilibrium]):
         self.known += 1
 
 
+def _far_rows(
+    start: Equilibrium, kind: str, rows: Floats, stable_only: bool, singularities: bool
+) -> NDArray[np.int64]:
+    """Requests that are too far from the one before for one step, and how many there are, ascending.
+
+    That is where something may happen on the way that does not show at its ends.
+    """
+    robot, problem, count = start.robot, _PROBLEM[kind], len(rows)
+    if problem == "pose":
+        watched = _runs_through_poses(robot)
+    else:
+        watched = singularities or may_be_kept_again(robot, problem)
+    if not watched:
+        return np.array([count])
+    targets = [target_of(start, problem, row) for row in rows]
+    given = np.concatenate([target.given(start) for target in targets])
+    if problem == "pose":
+        own = start.platform_rotation.ravel(), start.platform_position
+        turns = np.concatenate([own[0][None], given[:, :9]])
+        cosines = 0.5 * (np.sum(turns[1:] * turns[:-1], axis=1) - 1.0)
+        angles = np.arccos(np.clip(cosines, -1.0, 1.0))
+        moved = np.diff(given[:, 9:12], axis=0, prepend=own[1][None])
+        ways = np.maximum(np.abs(moved).max(axis=1) / robot.mean_length, angles)
+    elif problem == "motors":
+        moved = np.diff(given, axis=0, prepend=start.motors[None])
+        ways = np.abs(moved / robot.motor_units).max(axis=1, initial=0.0)
+    else:
+        moved = np.diff(given, axis=0, prepend=start.efforts[None]) * robot.motor_units
+        ways = np.abs(moved).max(axis=1, initial=0.0) / (EFFORT_UNIT * robot.arrays.energy_unit)
+    alone = _STABLE_ALONE if problem == "pose" and stable_only else ALONE
+    return np.append(np.flatnonzero(ways > alone * LONGEST_STEP), count)
+
+
+def _runs_through_poses(robot: Robot) -> bool:
+    """Whether poses are imposed as a whole: else it is known after each step what is not imposed."""
+    whole = len(robot.controlled_axes) == len(robot.platform_axes)
+    return whole and not robot.controls_angles and robot.redundancy == 0
+
+
 def _run(
     found: _Records, start: Equilibrium, kind: str, rows: Floats, singularities: bool
 ) -> Equilibrium:
@@ -175,9 +222,8 @@ def _run(
         return start
     problem = _PROBLEM[kind]
     if problem == "pose":
-        whole = len(robot.controlled_axes) == len(robot.platform_axes)
-        if not whole or robot.controls_angles or robot.redundancy > 0:
-            return start  # what is not imposed is known when the step before is solved
+        if not _runs_through_poses(robot):
+            return start
         given = np.concatenate([target_of(start, "pose", row).given(start) for row in rows[first:]])
     else:
         given = np.array(rows[first:])

@@ -15,9 +15,11 @@ from cpr_core import (
     NoInverseSolution,
     UnstableEquilibrium,
     load_robot,
+    solve_forward,
     solve_home,
     solve_inverse,
     trace,
+    trace_through,
 )
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.hidden_changes import may_hide, may_hide_in_one_step
@@ -33,6 +35,8 @@ EFFORT_BETWEEN = (
     [-0.02236594942739742, 0.3395800475086446],
 )
 EFFORT_AT_ENDS = 1.0365745360148084
+#: A way of motors of four_rfr, of which the third pulls after it has pushed, most of all between [rad].
+SIGN_CHANGES = np.array([[0.4136, 0.9715, -0.103, 0.5288], [1.6202, 0.903, -0.3115, 1.3956]])
 
 places = st.floats(-1.0, 1.0)
 lengths = st.floats(0.01, 1.0)
@@ -59,22 +63,33 @@ def test_what_falls_below_zero_and_rises_again_may_hide(middle, depth, bend, asi
         for other in (-aside, 1.0 + aside):
             for sign in (1.0, -1.0):
                 values = tuple([sign * value(place)] for place in (other, 0.0, 1.0))
-                assert may_hide((other, 0.0, 1.0), values)
+                assert may_hide((other, 0.0, 1.0), values) == (True,)
 
 
 @given(slope=st.floats(-5.0, 5.0), start=st.floats(0.0, 2.0), aside=lengths)
 def test_nothing_hides_where_values_are_far_from_zero_beside_their_change(slope, start, aside):
     values = tuple([abs(slope) * (2.0 + aside) + start + slope * x] for x in (-aside, 0.0, 1.0))
-    assert not may_hide((-aside, 0.0, 1.0), values)
+    assert not any(may_hide((-aside, 0.0, 1.0), values))
 
 
 def test_what_shows_does_not_hide():
-    assert not may_hide((-1.0, 0.0, 1.0), ([2.0, -1.0], [0.1, -0.1], [-0.2, 0.3]))
+    assert not any(may_hide((-1.0, 0.0, 1.0), ([2.0, -1.0], [0.1, -0.1], [-0.2, 0.3])))
 
 
 def test_nor_does_what_stays_at_zero():
     """A motor at the end of its range while others move."""
-    assert not may_hide((-1.0, 0.0, 1.0), ([0.0], [0.0], [0.0]))
+    assert not any(may_hide((-1.0, 0.0, 1.0), ([0.0], [0.0], [0.0])))
+
+
+@pytest.mark.parametrize("other", [-1.0, 2.0])
+def test_nor_does_what_leaves_zero_evenly(other):
+    """The way from a limit, or from the border of stability."""
+    line = (
+        ([0.3 * place + 0.3] for place in (other, 0.0, 1.0))
+        if other < 0.0
+        else ([0.3 * place] for place in (other, 0.0, 1.0))
+    )
+    assert not any(may_hide((other, 0.0, 1.0), tuple(line)))
 
 
 def test_one_step_is_long_where_it_ends_near_zero():
@@ -134,6 +149,50 @@ def test_a_limit_is_kept_all_along():
     for points in (2, 51):
         way = trace(robot, pose=last, start=start, points=points)
         assert [event.kind for event in way.events] == ["effort_limit"]
+
+
+@pytest.mark.parametrize("part", [0.5, 0.9, 0.98])
+def test_a_limit_of_effort_is_kept_where_the_effort_has_changed_its_sign(part):
+    """What is left of a limit has a kink there: beyond it the effort seemed to be far from its limit."""
+    content = yaml_content(shipped_robots()["four_rfr"].read_text())
+    joints = [leg["chain"][0] for leg in content["legs"]]
+    for joint in joints:
+        joint.pop("limits")
+    first, last = SIGN_CHANGES
+    content["home"]["motors"] = first.tolist()
+    way = trace(load_robot(content), motors=last, points=201)
+    largest, ends = np.abs(way.efforts).max(axis=0), np.abs(way.efforts[[0, -1]]).max(axis=0)
+    assert largest[2] > 1.5 * ends[2]
+    assert way.efforts[0, 2] * way.efforts[-1, 2] < 0.0
+    joints[2]["limits"] = {"effort": float(ends[2] + part * (largest - ends)[2])}
+    with pytest.raises(MotorLimitExceeded):
+        solve_forward(load_robot(content), last)
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 4, 5, 9, 10, 20])
+def test_waypoints_miss_no_more_than_requests_one_by_one(rows):
+    first, last = UNSTABLE_BETWEEN
+    robot = load_robot("rfrfr")
+    start = solve_inverse(robot, first)
+    poses = np.linspace(first, last, rows + 1)[1:]
+    assert not trace_through(robot, poses=poses, start=start, stable_only=True).reached
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 10])
+def test_waypoints_that_are_far_apart_have_the_events_of_a_trace(rows):
+    first, last = UNSTABLE_BETWEEN
+    robot = load_robot("rfrfr")
+    start = solve_inverse(robot, first)
+    way = trace_through(robot, poses=np.linspace(first, last, rows + 1)[1:], start=start)
+    assert [event.kind for event in way.events] == ["stability", "stability"]
+    np.testing.assert_allclose(
+        [event.fraction for event in way.events], [0.893958682, 0.997738997], atol=1e-7
+    )
+
+
+def test_waypoints_tell_pairs_of_singularities():
+    way = trace_through(load_robot("rfrfr"), motors=np.linspace([2.59, 0.55], [0.598, 2.3202], 11))
+    assert [event.kind for event in way.events] == ["singularity", "singularity"]
 
 
 @pytest.mark.parametrize("points", [2, 51, 101])
