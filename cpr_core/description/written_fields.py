@@ -38,7 +38,11 @@ class WrittenFields:
         if self.read_text is not None:
             return self.read_text
         dumped = yaml.dump(
-            dict(self.content), Dumper=_Dumper, sort_keys=False, default_flow_style=None
+            dict(self.content),
+            Dumper=_Dumper,
+            sort_keys=False,
+            default_flow_style=None,
+            allow_unicode=True,  # names as people read them
         )
         return str(dumped)
 

@@ -153,6 +153,14 @@ def test_the_text_loads_and_is_the_same_robot(name):
     assert load_robot(yaml.safe_load(SIX_RFS)).description.text == ""
 
 
+def test_a_changed_description_keeps_the_letters_of_its_names():
+    name = "\u00e9t\u00e9 \u0440\u043e\u0431\u043e\u0442"
+    robot = load_robot(SIX_RFS.replace("name: six_rfs", f"name: {name}"))
+    text = robot.with_parameters({"rod.length": 0.7}).description.text
+    assert f"name: {name}" in text.splitlines()
+    assert load_robot(text).description.name == name
+
+
 def test_the_top_of_a_file_is_inherited_as_it_is_seen_there():
     robot = load_robot(SHARED)
     longer = robot.with_parameters({"rod.length": 0.55})
