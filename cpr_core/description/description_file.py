@@ -49,7 +49,8 @@ def read_description(robot: str | Path | Mapping[str, Any]) -> RobotDescription:
     Raises:
         DescriptionError: Names the file, the field, what was found and what was expected.
     """
-    if not isinstance(robot, str | Path | Mapping):
+    empty = isinstance(robot, str) and not robot.strip()  # as a path it would be this folder
+    if empty or not isinstance(robot, str | Path | Mapping):
         raise DescriptionError(
             "description", "", f"expected a name, a file or its content, got {robot!r:.200}"
         )

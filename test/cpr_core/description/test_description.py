@@ -648,9 +648,16 @@ def test_binary_files_are_refused(file, content):
     assert "cannot be read" in error.problem or "is not valid YAML" in error.problem
 
 
-@pytest.mark.parametrize("robot", ["rfrf", "no/such/file.yaml", "", "cpr_node", "a\0b"])
+@pytest.mark.parametrize("robot", ["rfrf", "no/such/file.yaml", "cpr_node", "a\0b"])
 def test_missing_files_are_refused_with_the_shipped_robots(robot):
     refused(robot, "", "no such file", "rfrfr", "six_rfs")
+
+
+@pytest.mark.parametrize("robot", ["", " "])
+def test_an_empty_name_is_called_one(robot):
+    text = f"^description: expected a name, a file or its content, got {robot!r}$"
+    with pytest.raises(DescriptionError, match=text):
+        read_description(robot)
 
 
 def test_directories_are_refused(tmp_path):
