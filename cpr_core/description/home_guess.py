@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..description_part import Part
 from ..errors import CprError
 from ..lie import rotation_from_quaternion
 from ..rods.rod import strain_series
-from .leg_description import LegDescription, described_motors
+from .leg_description import DescribedMotor, LegDescription, described_motors
 from .plausibility import check_home_joints, check_home_motors, check_quaternion
 from .robot_description import HomeGuess
 from .rough_joints import rough_joints
@@ -70,15 +70,25 @@ def _motors(part: Part, legs: tuple[LegDescription, ...]) -> Floats:
     """Motor positions, (n,)."""
     motors, described = part.get("motors"), described_motors(legs)
     if len(motors) != len(described):
-        raise part.fail(
-            "motors", f"expected {len(described)} numbers, one per motor, got {len(motors)}"
-        )
+        problem = f"expected {len(described)} numbers, one per motor ({_moved(described, legs)})"
+        raise part.fail("motors", f"{problem}, got {len(motors)}")
     by_name = dict(zip((motor.name for motor in described), motors, strict=True))
     for rod in (rod for leg in legs for rod in leg.rods):
         if rod.motor is not None and (length := rod.length_at(by_name[rod.motor])) <= 0.0:
             raise part.fail("motors", f"expected positive rod lengths, got {length}")
     check_home_motors(part, described, motors, max(leg.longest_rod for leg in legs))
     return np.array(motors, float)
+
+
+def _moved(described: Sequence[DescribedMotor], legs: tuple[LegDescription, ...]) -> str:
+    """Motors with the legs they move: a name that was copied with its leg is seen there."""
+    return ", ".join(
+        f"{motor.name} of "
+        + " and ".join(
+            leg.name for leg in legs if any(motor.name == part.motor for part in leg.chain)
+        )
+        for motor in described
+    )
 
 
 def _rotation(part: Part) -> Floats:

@@ -616,6 +616,22 @@ def test_no_leg_is_called_like_a_rod_of_another(named, blamed):
     assert caught.value.field == f"legs[{blamed}].name"
 
 
+def test_a_motor_named_in_two_legs_is_told_where_home_has_a_number_too_many():
+    """Its name was copied with its leg: only the numbers of home were said to be wrong."""
+    changed = content("three_rfr_hubs")
+    joint = next(element for element in changed["legs"][1]["chain"] if "motor" in element)
+    joint["motor"] = "motor1"
+    del joint["limits"]
+    motors = "motor1 of leg1 and leg2, motor3 of leg3"
+    with pytest.raises(DescriptionError) as caught:
+        load_robot(changed)
+    assert caught.value.field == "home.motors"
+    assert caught.value.problem == f"expected 2 numbers, one per motor ({motors}), got 3"
+    changed["home"]["motors"].pop()
+    changed["controlled"] = ["x", "y"]
+    assert load_robot(changed).motor_names == ("motor1", "motor3")
+
+
 def test_rods_are_needed():
     changed = content("three_rfr_hubs")
     for leg in changed["legs"]:
