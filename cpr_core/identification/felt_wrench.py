@@ -147,7 +147,8 @@ def estimate_wrench(
             (n,) [N m or N].
         effort_deviation: Their standard deviations, one for all or (n,) [N m or N]; infinite for a motor
             without a sensor.
-        pose: Measured pose of the platform, x y z qw qx qy qz in the world, (7,) [m].
+        pose: Measured pose of the platform, x y z qw qx qy qz in the world, (7,) [m]; of an equilibrium
+            ``[*platform_position, *platform_quaternion]``, as its ``pose`` is what the robot controls.
         pose_deviation: Standard deviations of its position [m] and of its rotation [rad], (2,); an
             infinite one is not measured.
         start: The last estimate, which makes the next one quick, or an equilibrium near by; default

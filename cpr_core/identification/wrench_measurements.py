@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..description.controlled_coordinates import numbers_of
 from ..description.plausibility import quaternion_order_doubt, request_doubt
 from ..errors import InvalidRequest, NonFiniteInput
 from ..kernels.twist_layout import FIRST_LINEAR
@@ -199,7 +200,15 @@ def _checked_pose(robot: Robot, pose: ArrayLike, seen_from: Equilibrium) -> tupl
         InvalidQuaternion: A quaternion far from unit length.
         NonFiniteInput: A NaN or an infinity.
     """
-    given = checked_vector("pose", pose, 7, _POSE)
+    try:
+        given = checked_vector("pose", pose, 7, _POSE)
+    except NonFiniteInput:
+        raise
+    except InvalidRequest as error:
+        names = " ".join(numbers_of(robot.description.controlled)) or "none"
+        told = f"Equilibrium.pose has the coordinates that this robot controls ({names})"
+        meant = "give [*platform_position, *platform_quaternion]"
+        raise InvalidRequest("pose", f"{error.problem}; {told}: {meant}") from None
     position, rotation = given[:3], rotation_from_quaternion(given[3:])
     doubt = ""
     if np.vdot(rotation, seen_from.platform_rotation) < _FAR_TRACE:

@@ -55,6 +55,18 @@ def test_what_is_left_is_measured_less_modelled_in_deviations(angle):
     np.testing.assert_allclose(left(efforts, pose), [*pushed, *seen], rtol=1e-12, atol=1e-9)
 
 
+def test_controlled_coordinates_are_no_pose_of_the_platform():
+    """One word for two things: Equilibrium.pose is what solve_inverse takes."""
+    home = solve_home(load_robot("delta"))
+    with pytest.raises(InvalidRequest, match="pose: expected 7 numbers") as caught:
+        estimate_wrench(home.robot, home.motors, pose=home.pose, pose_deviation=(1e-4, 1e-3))
+    told = "Equilibrium.pose has the coordinates that this robot controls (x y z)"
+    meant = "give [*platform_position, *platform_quaternion]"
+    assert caught.value.problem.endswith(f", got 3; {told}: {meant}")
+    whole = [*home.platform_position, *home.platform_quaternion]
+    estimate_wrench(home.robot, home.motors, pose=whole, pose_deviation=(1e-4, 1e-3))
+
+
 def test_deviations_count_as_they_are_now_whoever_holds_their_array():
     deviations = np.full(6, 0.01)
     before = estimate(effort_deviation=deviations)
