@@ -369,9 +369,10 @@ def _axis_values(name: str, values: ArrayLike, resolution: float | None) -> Floa
             "grid", f"{name}: expected a list of finite numbers, got {values!r:.200}"
         ) from None
     except (InvalidRequest, ValueError):
-        raise InvalidRequest(
-            "grid", f"{name}: expected a list of numbers, got {values!r:.200}"
-        ) from None
+        problem = f"{name}: expected a list of numbers, got {values!r:.200}"
+        if np.ndim(values) == 0 and isinstance(values, int | float | np.number):
+            problem += f"; held={{{name!r}: {values}}} holds it there"
+        raise InvalidRequest("grid", problem) from None
     if resolution is not None:
         resolution = _finite(f"{name}: resolution", resolution)
         if len(found) != 2 or not found[0] < found[1]:

@@ -39,6 +39,13 @@ MOTORS = {"motor1": [2.0, 3.0], "motor2": [0.0, 1.0]}
         (AXES, ["z"], {}, r"held: expected values by name, got \['z'\]"),
         ("xy", {}, {}, "vary: expected values by name, got 'xy'"),
         ({"x": [[0, 1]], "y": [0, 1]}, {}, {}, "x: expected a list of numbers"),
+        (
+            {"x": [0, 1], "y": 0.5},
+            {},
+            {},
+            r"y: expected a list of numbers, got 0\.5; held=\{'y': 0\.5\} holds it there$",
+        ),
+        ({"x": [0, 1], "y": np.float64(2)}, {}, {}, r"got .*2\.0.*; held=\{'y': 2\.0\} holds it"),
     ],
 )
 def test_bad_grids_are_refused(vary, held, options, text):
