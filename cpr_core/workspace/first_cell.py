@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import distinct
 from ..kernels.natural_units import LONGEST_STEP
 from ..lie import roll_pitch_yaw
 from ..model.equilibrium import Equilibrium
@@ -25,6 +26,7 @@ from .way_kernel import impose
 
 __all__ = [
     "first_cells",
+    "held_elsewhere",
     "place_of",
     "reached_cells_near",
     "signs_at_equilibrium",
@@ -42,6 +44,8 @@ Integers = NDArray[np.int64]
 _SMALLEST_STEP = (1e-12, 1e-2)
 #: Nearer to a fold than 1.5 steps they do not contract; the last that fails is below two smallest ones.
 _STEPS_BEFORE_FOLD = 3.0
+#: Distance between where a coordinate is held and where it is that is worth a word [natural units].
+_ELSEWHERE = 0.01
 #: Cells per axis that are tried as the first one, beside the nearest.
 _TRIED_ALONG = 5
 
@@ -54,9 +58,7 @@ def without_limits(robot: Robot) -> Robot:
 
 def step_fractions(robot: Robot, grid: Grid, tolerance: float) -> tuple[Floats, Floats]:
     """Longest and smallest step along every axis, as fractions of the way between neighbours, (D,)."""
-    natural = np.array([robot.mean_length if unit == "m" else 1.0 for unit in grid.units])
-    if grid.given == "motors":
-        natural = robot.motor_units
+    natural = _natural_units(robot, grid)
     largest = np.array([np.diff(values).max() for values in grid.values])
     moved = np.abs(grid.directions / natural).max(axis=1) * largest
     longest = np.minimum(1.0, LONGEST_STEP / moved)
@@ -67,22 +69,55 @@ def step_fractions(robot: Robot, grid: Grid, tolerance: float) -> tuple[Floats, 
 
 def place_of(equilibrium: Equilibrium, grid: Grid) -> Floats:
     """Numbers along the axes of the place in the grid nearest to an equilibrium, (D,)."""
+    way = _coordinates_of(equilibrium, grid) - grid.origin
+    return np.asarray(np.linalg.lstsq(grid.directions.T, way, rcond=None)[0])
+
+
+def held_elsewhere(start: Equilibrium, grid: Grid) -> str:
+    """Which coordinates a grid holds elsewhere than the start is, in words; empty: none.
+
+    Whoever does not name a coordinate may not know that it is held at 0.
+    """
+    at, natural, held = _coordinates_of(start, grid), _natural_units(start.robot, grid), grid.origin
+    gaps = at - held
+    if grid.given == "pose":
+        angles = np.array([unit == "rad" for unit in grid.units])
+        gaps[angles] -= math.tau * np.round(gaps[angles] / math.tau)
+    unmoved = ~grid.directions.any(axis=0) & (np.abs(gaps) > _ELSEWHERE * natural)
+    upright = math.hypot(*start.platform_rotation[:2, 2]) < _ELSEWHERE
+    told = []
+    for number in np.flatnonzero(unmoved).tolist():
+        name, unit = grid.names[number], grid.units[number]
+        if upright and name in ("phi", "psi"):
+            continue  # turned about z by both together, and each may be anything
+        there, here = distinct(held[number], at[number])
+        unnamed = " as what is not named is" if grid.given == "pose" and not held[number] else ""
+        told.append(f"{name}, held at {there}{unnamed}, is {here} {unit} at the start")
+    return "; ".join(told)
+
+
+def _coordinates_of(equilibrium: Equilibrium, grid: Grid) -> Floats:
+    """What a grid imposes as it is at an equilibrium, (C,)."""
     if grid.given == "motors":
-        whole = equilibrium.motors
-    else:
-        turn = equilibrium.platform_rotation
-        angles = roll_pitch_yaw(turn)
-        if grid.orientation == Orientation.ZYZ.key:
-            angles = np.array(
-                [
-                    math.atan2(turn[1, 2], turn[0, 2]),
-                    math.acos(min(1.0, max(-1.0, turn[2, 2]))),
-                    math.atan2(turn[2, 1], -turn[2, 0]),
-                ]
-            )
-        whole = np.concatenate([equilibrium.platform_position, angles])
-    found = np.linalg.lstsq(grid.directions.T, whole[grid.index] - grid.origin, rcond=None)[0]
-    return np.asarray(found)
+        return equilibrium.motors[grid.index]
+    turn = equilibrium.platform_rotation
+    angles = roll_pitch_yaw(turn)
+    if grid.orientation == Orientation.ZYZ.key:
+        angles = np.array(
+            [
+                math.atan2(turn[1, 2], turn[0, 2]),
+                math.acos(min(1.0, max(-1.0, turn[2, 2]))),
+                math.atan2(turn[2, 1], -turn[2, 0]),
+            ]
+        )
+    return np.concatenate([equilibrium.platform_position, angles])[grid.index]
+
+
+def _natural_units(robot: Robot, grid: Grid) -> Floats:
+    """Natural units of what a grid imposes, (C,)."""
+    if grid.given == "motors":
+        return robot.motor_units
+    return np.array([robot.mean_length if unit == "m" else 1.0 for unit in grid.units])
 
 
 def first_cells(grid: Grid, place: Floats) -> list[int]:

@@ -40,6 +40,7 @@ from .cell_layout import MEASURE_COUNT, SIGN_COUNT
 from .cell_problem import cell_problem
 from .first_cell import (
     first_cells,
+    held_elsewhere,
     place_of,
     reached_cells_near,
     signs_at_equilibrium,
@@ -181,10 +182,11 @@ class Flood:
         event = walk.stopped
         assert event is not None
         failure = NoForwardSolution if self.grid.given == "motors" else NoInverseSolution
+        held = held_elsewhere(self.start, self.grid)
         raise failure(
             f"start: none of {tried} cells of the grid is reached from it, the last because "
             f"{event.message} at {100.0 * event.fraction:.1f} % of the way; give a start nearer to "
-            "the grid, or move the grid",
+            f"the grid, or move the grid{held and '; '}{held}",
             event.fraction,
             walk.last,
             event,

@@ -7,8 +7,16 @@ import numpy as np
 import pytest
 from helpers.workspace_cases import content_of_rfrfr, rfrfr, six_rfs
 
-from cpr_core import InvalidRequest, NoInverseSolution, NonFiniteInput, load_robot, solve_home
+from cpr_core import (
+    InvalidRequest,
+    NoInverseSolution,
+    NonFiniteInput,
+    load_robot,
+    solve_home,
+    solve_inverse,
+)
 from cpr_core.workspace import map_workspace, motor_grid, pose_grid
+from cpr_core.workspace.first_cell import held_elsewhere
 
 AXES = {"x": [0.0, 1.0], "y": [0.0, 1.0]}
 MOTORS = {"motor1": [2.0, 3.0], "motor2": [0.0, 1.0]}
@@ -139,6 +147,37 @@ def test_a_grid_that_is_not_reached_says_so():
     grid = pose_grid(rfrfr(), {"x": [5.0, 5.1], "y": [5.0, 5.1]})
     with pytest.raises(NoInverseSolution, match=r"none of \d+ cells of the grid is reached"):
         map_workspace(rfrfr(), grid)
+
+
+def test_a_grid_that_is_not_reached_names_what_it_holds_elsewhere():
+    """Coordinates that nobody named are held at 0: far from home, without a word."""
+    robot = load_robot("planar_body")
+    turned = solve_inverse(robot, [0.0, 0.0, -0.8])
+    axes = {"x": [5.0, 5.1], "y": [5.0, 5.1]}
+    for held, told in (
+        ({}, "angle, held at 0 as what is not named is, is -0.8 rad at the start"),
+        ({"angle": 1.2}, "angle, held at 1.2, is -0.8 rad at the start"),
+        ({"angle": 2.0 * np.pi - 0.8}, ""),
+    ):
+        with pytest.raises(NoInverseSolution, match="none of") as caught:
+            map_workspace(robot, pose_grid(robot, axes, held), start=turned)
+        assert str(caught.value).endswith(f"move the grid{told and '; '}{told}")
+
+
+def test_what_a_grid_of_motors_or_of_turned_platforms_holds_elsewhere_is_named():
+    home = solve_home(six_rfs())
+    motors = motor_grid(six_rfs(), {"motor1": [0, 1], "motor2": [0, 1]}, {"motor3": 5.0})
+    assert held_elsewhere(home, motors) == "motor3, held at 5, is 5.86 rad at the start"
+    home = solve_home(load_robot("six_rus"))
+    axes = {"x": [0, 1], "y": [0, 1]}
+    for angles, told in (
+        ({}, ()),  # home is not turned: phi and psi mean nothing there, and may be anything
+        ({"theta": 0.4}, ("theta",)),
+        ({"roll": 0.0, "pitch": 0.2}, ("pitch",)),
+    ):
+        grid = pose_grid(home.robot, axes, {"z": home.platform_position[2], **angles})
+        words = held_elsewhere(home, grid)
+        assert [part.split(",")[0] for part in words.split("; ") if part] == list(told)
 
 
 def test_a_resolution_is_kept_or_bettered():
