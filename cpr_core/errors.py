@@ -1,10 +1,13 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Errors of the core, with the data a caller needs to act on them, and numbers in what they say."""
+"""Errors and warnings of the core, with the data a caller needs to act on them, and what they say."""
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 __all__ = [
@@ -17,6 +20,7 @@ __all__ = [
     "UnknownParameter",
     "distinct",
     "rounded_seconds",
+    "warnings_as_lines",
 ]
 
 #: Digits that are enough for a person, and those that tell any two numbers apart.
@@ -123,3 +127,32 @@ def distinct(*numbers: float, fewest: int = _FEWEST) -> list[str]:
 def rounded_seconds(time: float) -> str:
     """A time to a nanosecond, as messages have it: sums of times are often not quite 0."""
     return f"{round(time, 9) + 0.0:g}"
+
+
+@contextmanager
+def warnings_as_lines(begin: str = "") -> Iterator[None]:
+    """Say what users are warned of in a line of its own, without source code, as long as this lasts.
+
+    Warnings about code (``RuntimeWarning``, ``DeprecationWarning``, ...) stay as Python has them.
+
+    Args:
+        begin: What comes before the text.
+    """
+    python = warnings.formatwarning
+
+    def line_of(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        line: str | None = None,
+    ) -> str:
+        if issubclass(category, UserWarning):
+            return f"{begin}{message}\n"
+        return python(message, category, filename, lineno, line)
+
+    warnings.formatwarning = line_of
+    try:
+        yield
+    finally:
+        warnings.formatwarning = python

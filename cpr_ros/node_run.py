@@ -17,6 +17,7 @@ from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedE
 from rclpy.signals import SignalHandlerOptions
 
 from cpr_core import CprError
+from cpr_core.errors import warnings_as_lines
 
 from .node import CprNode
 from .process.core_log import core_log_in
@@ -47,7 +48,7 @@ def run(
         if not stop.requested:
             node = make_node(stop)
             executor.add_node(node)
-            with core_log_in(node.get_logger()):
+            with core_log_in(node.get_logger()), warnings_as_lines():
                 if node.parameters.autostart and not node.start():
                     status = 1
                 else:

@@ -19,7 +19,7 @@ from typing import Any
 
 from ..description.description_file import shipped_robots
 from ..description.loads import Loads
-from ..errors import CprError, DescriptionError, InvalidRequest
+from ..errors import CprError, DescriptionError, InvalidRequest, warnings_as_lines
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..model.robot import Robot
@@ -96,7 +96,7 @@ def _answered(arguments: Sequence[str] | None) -> int:
     """Print the answer, or why there is none; returns the exit status."""
     options = command_parser().parse_args(arguments)
     try:
-        with show_compilation():
+        with show_compilation(), warnings_as_lines("cpr: warning: "):
             return _run(options)
     except CprError as error:
         return _report_error(error, options.json)

@@ -551,6 +551,23 @@ def test_letters_that_the_output_does_not_have_are_escaped(tmp_path):
         assert done.stdout.decode(encoding).startswith(f"{name}: equilibrium")
 
 
+@pytest.mark.parametrize("options", [(), ("--json",)])
+def test_warnings_are_lines_without_source_code(tmp_path, options):
+    """They came as Python's: with the file of cpr_core that warns, and its code."""
+    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text(encoding="utf-8"))
+    content["home"]["platform"] = {"position": [3.0, 0.0, 0.0]}
+    robot = tmp_path / "far.yaml"
+    robot.write_text(yaml.safe_dump(content), encoding="utf-8")
+    command = [*CPR, "forward", str(robot), *ANSWERED[2:], *options]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    begin = f"cpr: warning: {robot}: home.platform.position: the home equilibrium found is "
+    assert done.returncode == 0
+    assert done.stderr.startswith(begin) and done.stderr.count("\n") == 1
+    assert "warning" not in done.stdout
+    if options:
+        assert json.loads(done.stdout)["converged"]
+
+
 def test_numbers_of_modes_without_an_equilibrium_are_told_in_json_too(cpr, monkeypatch):
     """The text had a row for them."""
     compared = modes_command.compared_modes

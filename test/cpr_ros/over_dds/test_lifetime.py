@@ -145,7 +145,8 @@ def test_a_number_that_looks_like_another_unit_is_told_in_the_log(tmp_path):
     told = [line for line in process.output().splitlines() if "looks like g/cm^3" in line]
     assert len(told) == 1
     assert told[0].startswith("[WARN]")
-    assert "rod.density" in told[0]
+    assert f"]: {file}: rod.density" in told[0]
+    assert "DescriptionWarning" not in process.output()  # nor source code, which Python adds
 
 
 @pytest.mark.parametrize(
