@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from rclpy.time import Time
 from std_msgs.msg import Header
 
-from cpr_core import Equilibrium, InvalidRequest, Robot
+from cpr_core import Equilibrium, InvalidQuaternion, InvalidRequest, NonFiniteInput, Robot
+from cpr_core.description.controlled_coordinates import CONTROLLED_COORDINATES
 from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion, turned
 from cpr_core.solving.requests import pose_meaning
 from cpr_core.validation import checked_vector
@@ -42,10 +43,19 @@ def measured_pose(robot: Robot, message: PoseStamped) -> NDArray[np.float64]:
 
     Raises:
         InvalidRequest: The robot controls no coordinates.
-        InvalidQuaternion: No rotation.
+        InvalidQuaternion: No rotation, where the robot controls one.
         NonFiniteInput: A NaN or an infinity in a controlled coordinate.
     """
     _check_controlled(robot)
+    turning = [name for name in robot.description.controlled if CONTROLLED_COORDINATES[name].turns]
+    orientation = np.array(quaternion_of(message.pose.orientation))
+    if turning and not _measured(orientation):
+        error = InvalidQuaternion if np.isfinite(orientation).all() else NonFiniteInput
+        raise error(
+            "pose.orientation",
+            f"expected a rotation, as the robot controls {' and '.join(turning)}: points alone "
+            f"cannot close its loop; got w x y z {orientation.tolist()}",
+        )
     pose = controlled_pose(robot, pose_numbers(message.pose), tilt=_TILT)
     return checked_vector("pose", pose, len(pose), " ".join(pose_meaning(robot)))
 
@@ -81,7 +91,7 @@ def platform_in_base(current: Equilibrium, message: PoseStamped, frames: Frames)
     if description.point_platform:
         position = tracker.position + tracker.rotation @ told - tracker.marker_position
         orientation = np.array([1.0, 0.0, 0.0, 0.0])
-    elif orientation.any() and not np.isnan(orientation).any():
+    elif _measured(orientation):
         position, rotation = tracker.platform_in_world(told, rotation_from_quaternion(orientation))
         orientation = quaternion_from_rotation(rotation)
     else:
@@ -91,6 +101,11 @@ def platform_in_base(current: Equilibrium, message: PoseStamped, frames: Frames)
     fill_vector(found.pose.position, position)
     fill_quaternion(found.pose.orientation, orientation)
     return found
+
+
+def _measured(orientation: NDArray[np.float64]) -> bool:
+    """Whether a quaternion was measured: who measures none sends zeros, or NaN."""
+    return bool(orientation.any()) and not bool(np.isnan(orientation).any())
 
 
 def measurement_delay(header: Header, now: Time) -> float:

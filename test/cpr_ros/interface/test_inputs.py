@@ -305,6 +305,25 @@ def test_an_orientation_that_was_not_measured_is_the_model_s_for_the_marker_s_ar
     assert "orientation" in listening.session.loop._measured.problem
 
 
+@pytest.mark.parametrize("orientation", [(0, 0, 0, 0), (NAN, NAN, NAN, NAN)])
+@pytest.mark.parametrize(
+    ("name", "turns"),
+    [("three_prs", "roll and pitch"), ("six_rfs", "orientation"), ("planar_body", "angle")],
+)
+@pytest.mark.parametrize("frame", ["tracker", ""])
+def test_a_tracker_of_points_is_told_which_coordinates_need_an_orientation(
+    frame, name, turns, orientation
+):
+    """It was told of unit length only, not that points cannot correct such a robot."""
+    listening = Listening(tracked(name, [0.1, 0.2, 1.5, np.pi, 0, 0]))
+    listening.hear_pose([0.0, -0.6, 1.5], orientation, frame)
+    assert listening.dropped == 1
+    told = f"the robot controls {turns}: points alone cannot close its loop"
+    problem = listening.session.loop._measured.problem
+    assert problem.startswith("pose.orientation: expected a rotation, as ")
+    assert told in problem
+
+
 @pytest.mark.parametrize("heading", [-2.0, 0.4, 0.8, 3.0])
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_small_tilt_does_not_change_the_angle_of_a_planar_platform(heading, sign):
