@@ -59,11 +59,9 @@ def plot_trace(found: Trace, file: Path) -> None:
     )
     for place, (values, title, names) in enumerate(panels, start=2):
         axes = figure.add_subplot(2, 2, place)
-        for column in range(len(names) if names is not None else values.shape[1]):
-            name = names[column] if names is not None else None
-            axes.plot(along, values[:, column], label=name)
+        lines = axes.plot(along, values if names is None else values[:, : len(names)])
         if names is not None:
-            axes.legend(loc="best", fontsize="small")
+            _name_lines(axes, lines, names)
         else:
             axes.axhline(0.0, color=_BLACK, linewidth=0.8)
         axes.set_xlabel(label)
@@ -119,6 +117,14 @@ def _up_to_the_stop(found: Trace) -> Trace:
     return replace(found, fractions=fractions, equilibria=(*found.equilibria, stopped.equilibrium))
 
 
+def _name_lines(axes: Any, lines: Sequence[Any], names: Sequence[str]) -> None:
+    """A legend of all lines: as labels names that begin with _ would be left out."""
+    places = [str(place) for place in range(len(names))]
+    legend = axes.legend(lines, places, loc="best", fontsize="small")
+    for text, name in zip(legend.get_texts(), names, strict=True):
+        text.set_text(name)
+
+
 def _mark_events(axes: Any, found: Trace, named: bool) -> None:
     for event in found.events:
         marker, color = _MARKS.get(event.kind, ("x", _BLACK))
@@ -137,16 +143,29 @@ def _motor_units(found: Trace) -> str:
 
 
 def save_figure(figure: Any, file: str | Path, dpi: float = 120.0) -> None:
-    """Write a figure.
+    """Write a figure; names in it are drawn as they are written, also those with $.
 
     Raises:
         InvalidRequest: The ending names no format of pictures.
         OSError: The file cannot be written.
     """
+    _take_no_mathematics(figure)
     try:
         figure.savefig(file, dpi=dpi)
     except ValueError as error:  # matplotlib lists what endings there are
         raise InvalidRequest("file", f"{file}: cannot be drawn to: {error}") from None
+
+
+def _take_no_mathematics(figure: Any) -> None:
+    """Have no text but the numbers along axes read as mathematics, which is between two $."""
+    from matplotlib.axis import Axis, Tick
+    from matplotlib.text import Text
+
+    numbers = {label for tick in figure.findobj(Tick) for label in (tick.label1, tick.label2)}
+    numbers |= {axis.get_offset_text() for axis in figure.findobj(Axis)}
+    for text in figure.findobj(Text):
+        if text not in numbers:
+            text.set_parse_math(False)
 
 
 def new_figure(size: tuple[float, float]) -> Any:

@@ -4,9 +4,22 @@
 """Pictures of paths."""
 
 import numpy as np
+import yaml
 
-from cpr_core import load_robot, trace
+from cpr_core import find_equilibria, load_robot, solve_home, trace
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.drawing import path_plots
+from cpr_core.drawing.map_plots import plot_map
+from cpr_core.workspace import map_workspace, pose_grid
+
+
+def robot_called(name, *motors):
+    """The RFRFR robot with other names."""
+    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text(encoding="utf-8"))
+    content["name"] = name
+    for leg, motor in zip(content["legs"], motors, strict=True):
+        leg["motor"]["name"] = motor
+    return load_robot(content)
 
 
 def test_a_path_that_was_stopped_is_drawn_up_to_where(monkeypatch, tmp_path):
@@ -25,3 +38,41 @@ def test_a_path_that_was_stopped_is_drawn_up_to_where(monkeypatch, tmp_path):
     reached = trace(load_robot("rfrfr"), motors=[2.6, 0.56], points=5)
     path_plots.plot_trace(reached, tmp_path / "picture.png")
     np.testing.assert_array_equal(figures[1].axes[2].lines[0].get_xdata(), reached.fractions)
+
+
+def test_names_are_drawn_as_they_are_written(tmp_path):
+    """Between two $ they were read as mathematics: no picture, and words about its grammar."""
+    robot = robot_called("cost $5_$ robot", "$\\foo$", "right")
+    home = solve_home(robot)
+    path_plots.plot_trace(trace(robot, motors=home.motors + 0.01, points=3), tmp_path / "path.png")
+    found = find_equilibria(robot, home.motors, starts=2)
+    path_plots.plot_equilibria(found, tmp_path / "found.png")
+    near = {"x": [0.0, 0.01], "y": [0.8, 0.81]}
+    mapped = map_workspace(robot, pose_grid(robot, near), workers=0)
+    plot_map(mapped, tmp_path / "map.png", field="$\\foo$")
+    assert len(list(tmp_path.glob("*.png"))) == 3
+
+
+def test_numbers_along_axes_are_mathematics_still(tmp_path):
+    figure = path_plots.new_figure((4.0, 3.0))
+    axes = figure.add_subplot(title="5$ to 7$", xlabel="$", yscale="log", ylim=(0.1, 10.0))
+    axes.legend(axes.plot([0.0, 1.0], [0.2, 5.0]), ["$a$"])
+    path_plots.save_figure(figure, tmp_path / "picture.png")
+    names = (axes.title, axes.xaxis.label, *axes.get_legend().get_texts())
+    assert not any(text.get_parse_math() for text in names)
+    powers = [label for label in axes.get_yticklabels() if "$" in label.get_text()]
+    assert powers and all(label.get_parse_math() for label in powers)
+
+
+def test_motors_whose_names_begin_with_an_underscore_are_in_the_legend(monkeypatch, tmp_path):
+    """Matplotlib leaves such labels out."""
+    figures = []
+    monkeypatch.setattr(path_plots, "save_figure", lambda figure, _: figures.append(figure))
+    robot = robot_called("lefty", "_left", "right")
+    found = trace(robot, motors=solve_home(robot).motors + 0.01, points=3)
+    path_plots.plot_trace(found, tmp_path / "picture.png")
+    motors = figures[0].axes[2]
+    legend = motors.get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["_left", "right"]
+    colors = [line.get_color() for line in legend.get_lines()]
+    assert colors == [line.get_color() for line in motors.lines[:2]]
