@@ -62,6 +62,7 @@ class MeasuredPose:
         self.watchdog.forget()
         self.newest: Floats | None = None
         self.problem = ""
+        self._heard = math.nan  # when the last message came, whatever it was
         self._ahead = 0.0  # of the clock, by its stamp
         self._way_then = 0.0  # of the platform until the newest was measured, or a little before
         self._way_at_change = 0.0  # until the numbers changed
@@ -73,9 +74,20 @@ class MeasuredPose:
         )
         self._jumps: deque[tuple[float, float]] = deque()  # when, and how far
 
-    def refuse(self, problem: str) -> None:
-        """Take note of a message that is no pose."""
-        self.problem = problem
+    def refuse(self, problem: str, now: float) -> None:
+        """Take note of a message that is no pose, at a steady time [s]."""
+        self.problem, self._heard = problem, now
+
+    def silent(self, now: float) -> str:
+        """That nothing has come for too long, and what spoke against the last; empty otherwise."""
+        age, timeout = now - self._heard, self.watchdog.timeout
+        if not 0.0 < timeout < age:
+            return ""
+        told, most = distinct(age, timeout)
+        limit = f"more than measured_pose_timeout {most} s"
+        if self.problem:
+            return f"no measured pose came for {told} s, {limit} (the last: {self.problem})"
+        return f"the measured pose is {told} s old, {limit}"
 
     @property
     def jumping(self) -> bool:
@@ -112,7 +124,7 @@ class MeasuredPose:
             jump: How far it may be from the one before, more than the platform moved [rod lengths, rad].
             settling: How long measured poses have to agree after a jump [s].
         """
-        timeout = self.watchdog.timeout
+        timeout, self._heard = self.watchdog.timeout, now
         oldest = min(timeout, HORIZON) if timeout > 0.0 else HORIZON
         if delay > oldest:
             self.problem = f"the measured pose was {delay:.3g} s old when it came, by its stamp"

@@ -176,9 +176,9 @@ class PoseLoop:
         """The setpoint that is met where the model is."""
         return self.coordinates.moved(equilibrium.pose, -self.correction)
 
-    def refuse(self, problem: str) -> None:
-        """Take note of a measured pose that is none."""
-        self._measured.refuse(problem)
+    def refuse(self, problem: str, now: float) -> None:
+        """Take note of a measured pose that is none, at a steady time [s]."""
+        self._measured.refuse(problem, now)
 
     def take(self, pose: Floats, now: float, delay: float = 0.0) -> None:
         """Take a measured pose.
@@ -273,12 +273,8 @@ class PoseLoop:
 
     def _problem(self, now: float) -> str:
         """Why nothing is corrected, whatever the robot does; empty if it may be."""
-        watchdog = self._measured.watchdog
         if self.settings.gain <= 0.0:
             return "loop_gain is 0"
         if self.settings.max_rate <= 0.0:
             return "loop_max_rate is 0"
-        if watchdog.stale(now) and not self._measured.problem:
-            age, timeout = distinct(watchdog.age(now), watchdog.timeout)
-            return f"the measured pose is {age} s old, more than measured_pose_timeout {timeout} s"
-        return self._measured.problem or self._distant
+        return self._measured.silent(now) or self._measured.problem or self._distant

@@ -237,7 +237,7 @@ class Inputs:
                 session.loop.take(measured_pose(session.robot, message), now, delay)
         except CprError as error:
             if corrected:
-                session.loop.refuse(str(error))
+                session.loop.refuse(str(error), now)
             raise
         measured_at = now - max(0.0, delay)
         if not corrected:

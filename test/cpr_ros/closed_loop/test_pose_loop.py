@@ -143,7 +143,7 @@ def test_a_measurement_that_ends_freezes_the_correction(bench):
 def test_poses_that_were_measured_before_an_activation_are_forgotten(bench, problem):
     """A setpoint was FROZEN, and the robot SLOW, for want of a camera that nobody had meanwhile."""
     if problem:
-        bench.session.loop.refuse(problem)
+        bench.session.loop.refuse(problem, bench.now)
     bench.seen = lambda pose: None
     bench.session.stand()
     bench.now += 10.0
@@ -295,9 +295,26 @@ def test_a_measurement_that_does_not_change_is_none(bench):
 
 
 def test_what_is_no_pose_freezes_until_the_next_one(bench):
-    bench.seen = lambda pose: bench.session.loop.refuse("pose: a NaN")
+    bench.seen = lambda pose: bench.session.loop.refuse("pose: a NaN", bench.now)
     bench.run(0.1)
     frozen(bench, 0.3, "pose: a NaN")
+    bench.seen = lambda pose: pose
+    bench.run(0.1)
+    assert bench.status.loop == Loop.CLOSED
+
+
+def test_what_was_no_pose_is_told_as_old_when_nothing_comes_any_more(bench):
+    """The stream spoke of a NaN for ever, of a camera that was switched off after it."""
+    bench.seen = lambda pose: bench.session.loop.refuse("pose: a NaN", bench.now)
+    bench.run(1.0)
+    assert bench.status.text == "pose: a NaN"  # however long such messages come
+    bench.seen = lambda pose: None
+    bench.run(0.4)
+    assert bench.status.text == "pose: a NaN"
+    bench.run(0.6)
+    silent = "no measured pose came for 1 s, more than measured_pose_timeout 0.5 s"
+    assert bench.status.text == f"{silent} (the last: pose: a NaN)"
+    assert bench.status.blind
     bench.seen = lambda pose: pose
     bench.run(0.1)
     assert bench.status.loop == Loop.CLOSED
