@@ -388,7 +388,8 @@ class CprNode(LifecycleNode):
         others = ""
         if session is not None:
             others = self.outputs.other_commanders.look(now)
-            self._announce(*self._announcements.of_motors(session.senses.missing_motors(now)))
+            unmeasured, again = session.senses.missing_motors(now), session.senses.motors_again(now)
+            self._announce(*self._announcements.of_motors(unmeasured, again=again))
             self._announce(*self._announcements.of_wrench(session.senses.missing_wrench(now)))
             self._announce(*self._announcements.of_commanders(others))
         if session is not None and self.outputs.wrench_wanted:

@@ -53,13 +53,15 @@ class Announcements:
             information = self._recovery(outcome, now)
         return warning, information or self._changed(outcome.state)
 
-    def of_motors(self, unmeasured: str) -> tuple[str, str]:
+    def of_motors(self, unmeasured: str, *, again: bool = False) -> tuple[str, str]:
         """What to log of measured motors: a warning when they are missing, and that they are back.
 
         Args:
             unmeasured: Why they are not measured any more; empty: nothing is missing.
+            again: Whether they have come again, but not for long enough.
         """
-        blind = f"{unmeasured}: what is moved now is moved without being seen" if unmeasured else ""
+        moved = "was moved meanwhile was" if again else "is moved now is"
+        blind = f"{unmeasured}: what {moved} moved without being seen" if unmeasured else ""
         return self._news("motors", blind, "the motors are measured again")
 
     def of_wrench(self, unmeasured: str) -> tuple[str, str]:

@@ -93,6 +93,10 @@ class Senses:
             return ""
         return self._sight_of_motors.missing(self._motors.missing(now, with_age=False), now)
 
+    def motors_again(self, now: float) -> bool:
+        """Whether motors are measured at this moment, also where they were not just before."""
+        return self._motors is not None and not self._motors.missing(now)
+
     def missing_wrench(self, now: float) -> str:
         """Why what pushes on the platform is not known any more; empty otherwise."""
         return self._sight_of_wrench.missing(self._wrench.missing, now)

@@ -81,6 +81,14 @@ def test_motors_that_are_measured_no_more_are_told_once(log):
     ]
 
 
+def test_motors_that_were_not_measured_for_a_moment_are_not_told_as_missing_now(log):
+    """Back after 0.6 s, the log's first word was that what is moved now is moved unseen."""
+    back = "the measured motors are older than measured_timeout 0.5 s; it came again"
+    told = [log.announcements.of_motors(why, again=True) for why in (back, back, "")]
+    warning = f"{back}: what was moved meanwhile was moved without being seen"
+    assert told == [(warning, ""), ("", ""), ("", "the motors are measured again")]
+
+
 def test_others_who_command_are_told_once(log):
     others, nobody = "/commands has 1 more publisher", ""
     told = [

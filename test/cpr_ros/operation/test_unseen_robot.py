@@ -34,6 +34,24 @@ def test_motors_that_are_measured_no_more_are_missed(bench):
     assert tracked.senses.unseen(1.0) == ""  # of these the state tells
 
 
+def test_motors_that_come_again_are_measured_though_they_are_still_missed(bench):
+    session, motors = bench.session, np.array([2.59, 0.55])
+    session.apply(replace(LIVE, measured_timeout=0.5), bench.now)
+    session.take_measured(motors, bench.now)
+    for later, comes, missed, again in (
+        (0.4, False, False, True),
+        (0.6, False, True, False),
+        (0.7, True, True, True),
+        (1.0, True, True, True),
+        (1.7, True, False, True),
+    ):
+        now = bench.now + later
+        if comes:
+            session.take_measured(motors, now)
+        assert bool(session.senses.missing_motors(now)) == missed
+        assert session.senses.motors_again(now) == again
+
+
 def test_what_is_not_seen_is_moved_at_half_the_speed(bench):
     """A supervisor was told of half the speed, and commands went out at the whole one."""
     session = bench.session
