@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..errors import InvalidRequest
+from ..model.bending_strain import bending_strains
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.kinemato_statics import KinematoStatics
 from ..model.stability import MotorReading
@@ -57,6 +58,7 @@ def equilibrium_as_dict(equilibrium: Equilibrium) -> dict[str, Any]:
         "pose": equilibrium.pose.tolist(),
         "leg_coordinates": equilibrium.leg_coordinates.tolist(),
         "multipliers": equilibrium.multipliers.tolist(),
+        "bending_strains": [*map(finite, bending_strains(equilibrium).tolist())],
         "energy": equilibrium.energy,
         "index_locked": locked.index,
         "index_free": free.index,
@@ -81,6 +83,7 @@ def equilibrium_as_text(equilibrium: Equilibrium) -> str:
     if not robot.description.point_platform:
         quaternion = " ".join(f"{value:14.10f}" for value in equilibrium.platform_quaternion)
         lines.append(f"  quaternion   {quaternion} (w x y z)")
+    lines += _strain_as_text(equilibrium)
     locked, free = equilibrium.spectrum_locked, equilibrium.spectrum_free
     verdict = "stable" if locked.index == 0 else "UNSTABLE"
     if not locked.energy_criterion_applies:
@@ -98,6 +101,20 @@ def equilibrium_as_text(equilibrium: Equilibrium) -> str:
     if equilibrium.objective:
         lines.append(f"  redundant    {equilibrium.objective.replace('_', ' ')}")
     return "\n".join(lines)
+
+
+def _strain_as_text(equilibrium: Equilibrium) -> list[str]:
+    """The bending strain nearest to its limit, else the largest; no line where none is known."""
+    robot, strains = equilibrium.robot, bending_strains(equilibrium)
+    limits = robot.strain_limits
+    counts = np.where(np.isfinite(limits), strains / limits, np.nan)
+    if not robot.limits_strain:
+        counts = strains
+    if np.isnan(counts).all():
+        return []
+    rod = int(np.nanargmax(counts))
+    told = f"nearest to its yield strain {limits[rod]:g}" if robot.limits_strain else "the largest"
+    return [f"  bending      {strains[rod]:14.10f} strain of {robot.rod_names[rod]}, {told}"]
 
 
 def error_as_dict(error: DiscretisationError) -> dict[str, Any]:

@@ -57,6 +57,9 @@ _THICKEST = 0.5
 _SOFTEST, _SOFT, _STIFFEST = 1e4, 1e6, 2e12
 #: Densities [kg/m^3]: of the heaviest metal in g/cm^3, of what is soft.
 _LIGHTEST, _HEAVY = 30.0, 2000.0
+#: Strain that no material bears linearly: spring steel yields at 0.006, carbon fibre breaks at 0.015,
+#: nitinol comes back from 0.08, rubbers go farther and stiffen. In per cent the first two are above it.
+_YIELDED = 0.1
 #: Angle of a motor [rad], and a distance in rod lengths.
 _MANY_TURNS, _FAR = 4.0 * math.pi, 10.0
 #: Way per turn of a screw, belt or drum that is doubted where it is longer than a rod too [m].
@@ -101,11 +104,11 @@ def check_rod(part: Part, rod: Rod) -> None:
         raise section.fail("", f"got {sizes} for a rod {rod.length:g} m long: {_MILLIMETRES}")
     if 0.0 < rod.density < _LIGHTEST:
         _warn(part, "density", f"{rod.density:g}: looks like g/cm^3, expected kg/m^3")
-    if math.isfinite(rod.yield_strain) and rod.yield_strain > 1.0:
+    if _YIELDED < rod.yield_strain < math.inf:
         _warn(
             part,
             "yield_strain",
-            f"{rod.yield_strain:g}: looks like per cent or a stress, expected a strain",
+            f"{rod.yield_strain:g}: looks like per cent or a stress, expected a ratio, 0.01 for 1 %",
         )
     if not _can_be_computed(rod):
         raise part.fail(

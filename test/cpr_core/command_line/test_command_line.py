@@ -16,7 +16,7 @@ import pytest
 import yaml
 from numpy.testing import assert_allclose
 
-from cpr_core import __version__, load_robot
+from cpr_core import __version__, bending_strains, load_robot, solve_forward, solve_home
 from cpr_core.command_line import main, modes_command
 from cpr_core.description.controlled_coordinates import numbers_of
 from cpr_core.description.description_file import shipped_robots
@@ -208,6 +208,51 @@ def test_text_says_the_same_as_json(cpr, solved, name):
         assert "quaternion" not in lines  # a point has none
     pose = [f"{value:.10f}" for value in result["pose"]]
     assert lines["controlled"] == [*pose, *f"({' '.join(result['pose_names'])})".split()]
+
+
+def strain_lines(out):
+    return [line.split() for line in out.splitlines() if line.startswith("  bending ")]
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "gough_stewart", "six_rus"])
+def test_the_largest_bending_strain_is_printed(cpr, solved, name):
+    robot = load_robot(name)
+    motors = solve_home(robot).motors
+    strains = bending_strains(solve_forward(robot, motors))
+    arguments = ("forward", name, "--motors", *motors)
+    assert_allclose(solved(*arguments)["bending_strains"], strains, rtol=1e-9)
+    rod = robot.rod_names[strains.argmax()]
+    assert strain_lines(cpr(*arguments)[1]) == [
+        f"bending {strains.max():.10f} strain of {rod}, the largest".split()
+    ]
+
+
+def test_the_bending_strain_nearest_to_its_limit_is_printed_where_there_are_limits(cpr, tmp_path):
+    """The second leg is bent more, the first is nearer to what it bears; the third bears anything."""
+    content = yaml.safe_load(shipped_robots()["three_rfs"].read_text(encoding="utf-8"))
+    for leg, borne in zip(content["legs"], (0.006, 0.02), strict=False):
+        leg["rod"] = content["rod"] | {"yield_strain": borne}
+    file = tmp_path / "limits.yaml"
+    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+    home = solve_home(load_robot(file))
+    moved = home.motors + [0.0, 0.1, 0.0]
+    strains = bending_strains(solve_forward(home.robot, moved))
+    assert strains[0] < strains[1]
+    assert strains[0] / 0.006 > strains[1] / 0.02
+    assert strain_lines(cpr("forward", file, "--motors", *moved)[1]) == [
+        f"bending {strains[0]:.10f} strain of leg1, nearest to its yield strain 0.006".split()
+    ]
+
+
+def test_bending_strains_that_nobody_knows_are_null_and_not_printed(cpr, solved, tmp_path):
+    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text(encoding="utf-8"))
+    stiffness = dict.fromkeys(("torsion", "bending_2", "bending_3"), 0.165)
+    content["rod"] = {"length": 1.0, "section": {"shape": "given"} | stiffness}
+    file = tmp_path / "given.yaml"
+    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+    arguments = ("forward", file, "--motors", *HOME["rfrfr"])
+    assert solved(*arguments)["bending_strains"] == [None, None]
+    assert strain_lines(cpr(*arguments)[1]) == []
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "three_rfr_hubs", "six_rfs", "delta"])

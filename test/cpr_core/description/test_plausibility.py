@@ -107,6 +107,7 @@ def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
         (("rod", "young_modulus"), 210e3, "rod.young_modulus: 210000: looks like MPa"),
         (("rod", "density"), 7.8, r"rod.density: 7.8: looks like g/cm\^3"),
         (("rod", "yield_strain"), 2.0, "rod.yield_strain: 2: looks like per cent"),
+        (("rod", "yield_strain"), 0.3, "rod.yield_strain: 0.3: .*, 0.01 for 1 %"),
         (("home", "motors"), [309.0] * 3, rf"home.motors\[0\]: 309: {DEGREES}"),
         (
             ("legs", 1, "motor", "limits", "position"),
@@ -140,6 +141,15 @@ def test_what_looks_like_another_unit_is_said(path, value, says):
     content = content_of("three_rfs")
     put(content, path, value)
     with pytest.warns(DescriptionWarning, match=says):
+        read_description(content)
+
+
+@pytest.mark.parametrize("strain", [0.001, 0.006, 0.015, 0.08])
+def test_strains_that_steel_carbon_and_nitinol_bear_are_beyond_doubt(strain):
+    content = content_of("three_rfs")
+    content["rod"]["yield_strain"] = strain
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
         read_description(content)
 
 
