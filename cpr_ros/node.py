@@ -23,7 +23,7 @@ from sensor_msgs.msg import JointState
 from cpr_core import CprError, load_robot
 from cpr_core.model.assessment import crossed_thresholds
 
-from .following.supervision import Action
+from .following.supervision import Action, below_warnings
 from .interface.first_measured import MEASURED
 from .interface.interfaces import Interfaces, answer_impossible_transitions
 from .interface.outputs import Outputs, Stream
@@ -252,6 +252,9 @@ class CprNode(LifecycleNode):
         steps = warm_up(session, frames)
         while compiled := self._stop.wait_for(lambda: next(steps, "")):
             logger.info(f"compiled {compiled} after {time.monotonic() - begin:.1f} s")
+        here, tracked = session.solver.current, session.tracking is not None
+        for line in below_warnings(here, live.settings.thresholds, tracked=tracked):
+            logger.warning(line)
         self._be_with(session)
         self._listen()
         self._look_past_what_stays()

@@ -21,6 +21,7 @@ __all__ = [
     "State",
     "Status",
     "Verdict",
+    "below_warnings",
     "next_action",
     "seen",
     "verdict",
@@ -228,6 +229,32 @@ def verdict(
         if status == Status.NO_WARNING:
             status = Status.INVALID
     return Verdict(status, text, action, scale, nearest, distance)
+
+
+def below_warnings(
+    assessment: Assessment, thresholds: Thresholds, *, tracked: bool = False
+) -> list[str]:
+    """What is to be said of measures that are below their warning where a robot begins, one line each.
+
+    Args:
+        assessment: Where it begins.
+        thresholds: Thresholds of the measures.
+        tracked: Whether others move its motors: no motion is halted then, and no pose asked for.
+    """
+    lines = []
+    for name, threshold in thresholds.items():
+        of_poses, level = MEASURES[name].of_poses, threshold.level(assessment.value(name))
+        if not level < 1.0 or (tracked and of_poses):
+            continue
+        which, done = ("warning", "slowed down") if level > 0.0 else ("stop", "halted")
+        told = f"action is {(Action.SLOW if level > 0.0 else Action.HALT).name}"
+        if not tracked:
+            motions = "platform setpoints" if of_poses else "motions"
+            told = f"{motions} that make it smaller are {done}, and {told}"
+            told += " with every one" if of_poses else ""
+        compared = _compared(assessment, name, which, threshold)
+        lines.append(f"{compared} here: {told}; docs/node.md, Thresholds, tells how to choose them")
+    return lines
 
 
 def _compared(assessment: Assessment, measure: str, which: str, threshold: Threshold) -> str:

@@ -13,6 +13,7 @@ from cpr_msgs.msg import StabilityMetrics
 from helpers.drive import THRESHOLDS, robot
 
 from cpr_core import solve_home, solve_inverse
+from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.assessment import (
     MEASURES,
     Assessment,
@@ -27,6 +28,7 @@ from cpr_ros.following.supervision import (
     Refusal,
     State,
     Status,
+    below_warnings,
     next_action,
     seen,
     verdict,
@@ -170,6 +172,32 @@ def test_leaving_a_singularity_has_its_own_status():
     assert leaving.text.startswith(
         "inverse.smallest_singular_value 0.06544 is below inverse_singularity_warning 1"
     )
+
+
+def test_what_is_below_its_warning_where_a_robot_begins_is_told_with_what_follows():
+    """A robot whose every platform setpoint was halted said nothing before."""
+    where, read = at(0.8), "; docs/node.md, Thresholds, tells how to choose them"
+    tight = {"margin": Threshold(1.0, 0.9), "inverse_singularity": Threshold(0.2, 0.1)}
+    slow, halt = below_warnings(where, THRESHOLDS | tight)
+    assert slow == (
+        f"margin {where.margin:.4g} is below margin_warning 1 here: motions that make it smaller are "
+        f"slowed down, and action is SLOW{read}"
+    )
+    assert halt == (
+        "inverse.smallest_singular_value 0.06544 is below inverse_singularity_stop 0.1 here: platform "
+        f"setpoints that make it smaller are halted, and action is HALT with every one{read}"
+    )
+    (told,) = below_warnings(where, THRESHOLDS | tight, tracked=True)
+    assert told == f"margin {where.margin:.4g} is below margin_warning 1 here: action is SLOW{read}"
+    at_stop = THRESHOLDS | {"margin": Threshold(where.margin, where.margin)}
+    (crossed,) = below_warnings(where, at_stop)
+    assert f"is at margin_stop {where.margin:.4g} here" in crossed
+    assert "are halted" in crossed
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_nothing_is_below_its_warning_at_the_home_of_a_shipped_robot(name):
+    assert below_warnings(Assessment(solve_home(robot(name))), THRESHOLDS) == []
 
 
 def test_under_a_load_without_potential_nothing_is_called_stable():

@@ -8,7 +8,7 @@ import yaml
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import SolveForward
 from helpers.driver import Driver
-from helpers.node_process import running_node
+from helpers.node_process import NodeProcess, free_domain, running_node
 from helpers.yaml_content import yaml_content
 from sensor_msgs.msg import JointState
 
@@ -51,3 +51,44 @@ def test_a_setpoint_of_no_rod_length_is_dropped(unlimited):
         assert driver.metrics.state == driver.metrics.STATE_IDLE
     finally:
         driver.close()
+
+
+def fed_strips():
+    """Three strips that screws feed, clamped to the platform: soft beside their axial stiffness."""
+    motor = {"type": "extensible", "lead": 0.002, "offset": 0.3}
+    places = ((-0.1, -0.05, 0.0), (0.0, 0.0, 0.02), (0.1, 0.05, 0.0))
+    return {
+        "name": "fed_strips",
+        "space": "planar",
+        "rod": {
+            "length": 0.4,
+            "section": {"shape": "rectangular", "width": 0.0005, "height": 0.01},
+            "young_modulus": 200.0e9,
+            "shear_modulus": 80.0e9,
+        },
+        "strain": {"bending_3": 6},
+        "platform": {"shape": "body", "mass": 0.1},
+        "legs": [
+            {
+                "base": {"position": [base, 0, 0], "tangent": [0, 1, 0]},
+                "motor": motor | {"name": f"feed{number}"},
+                "tip": {"type": "fixed", "position": [tip, height, 0], "tangent": [0, 1, 0]},
+            }
+            for number, (base, tip, height) in enumerate(places, 1)
+        ],
+        "controlled": ["x", "y", "angle"],
+        "home": {"motors": [318, 314, 318], "platform": {"position": [0, 0.4, 0]}},
+    }
+
+
+def test_thresholds_that_halt_a_robot_at_home_are_told_when_it_is_configured(tmp_path):
+    """Its platform setpoints were halted by thresholds of other robots, and nothing said so before."""
+    file = tmp_path / "robot.yaml"
+    file.write_text(yaml.safe_dump(fed_strips()))
+    process = NodeProcess(tmp_path / "node.log", free_domain(), ["-p", f"robot:={file}"])
+    process.wait_for_log("ready")
+    assert process.stop() == 0
+    (warned,) = (line for line in process.output().splitlines() if "[WARN]" in line)
+    assert "inverse.smallest_singular_value 0.0003" in warned
+    assert "is below inverse_singularity_stop 0.0005 here: platform setpoints" in warned
+    assert "are halted" in warned
