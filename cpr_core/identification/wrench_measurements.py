@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -183,7 +184,7 @@ def wrench_measurements(
         None if efforts is None else _numbers("effort_deviation", effort_deviation, _OF_EFFORTS),
         None if pose is None else _numbers("pose_deviation", pose_deviation, _OF_POSE),
     )
-    weights = _kept_weights(robot, deviations)
+    weights = _weights(robot, *deviations)
     if robot.planar and deviations[1] is not None:
         exactness = (float(value) for value in deviations[1])
         doubt = plane_doubt(robot, position, rotation, *exactness)
@@ -220,29 +221,6 @@ def _checked_pose(robot: Robot, pose: ArrayLike, seen_from: Equilibrium) -> tupl
     return position, rotation
 
 
-def _kept_weights(
-    robot: Robot, deviations: tuple[NDArray[Any] | None, NDArray[Any] | None]
-) -> WrenchWeights:
-    """Weights of efforts and pose by their standard deviations, found once."""
-    # By value, as the arrays are others' own: mostly they are those of the sample before.
-    key = tuple(
-        each is not None and (each.dtype.str, each.shape, each.tobytes()) for each in deviations
-    )
-    known = _known_weights(robot)
-    weights = known.get(key)
-    if weights is None:
-        if len(known) >= _KEPT:
-            known.clear()
-        weights = known[key] = _weights(robot, *deviations)
-    return weights
-
-
-@kept_with_robot
-def _known_weights(robot: Robot) -> dict[Hashable, WrenchWeights]:
-    """Weights by the bytes of standard deviations, to be filled."""
-    return {}
-
-
 def _numbers(name: str, deviation: ArrayLike | None, meaning: str) -> NDArray[Any]:
     """Standard deviations as they are handed in.
 
@@ -260,6 +238,15 @@ def _numbers(name: str, deviation: ArrayLike | None, meaning: str) -> NDArray[An
     return given
 
 
+def _by_value(of_efforts: NDArray[Any] | None, of_pose: NDArray[Any] | None) -> Hashable:
+    """Arrays are others' own: mostly they are equal to those of the sample before."""
+    return tuple(
+        each is not None and (each.dtype.str, each.shape, each.tobytes())
+        for each in (of_efforts, of_pose)
+    )
+
+
+@partial(kept_with_robot, most=_KEPT, by=_by_value)
 def _weights(
     robot: Robot, of_efforts: NDArray[Any] | None, of_pose: NDArray[Any] | None
 ) -> WrenchWeights:

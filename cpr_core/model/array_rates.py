@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +37,8 @@ _MISSED = 1e-9
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 #: They say where nodes are and nothing else: what moves with one alone is the error of the quadrature.
 _STATIONS = "stations"
-#: So many rates are kept: loads in force may have other forces on rods at every question.
-_KEPT = 1000
+#: For so many kinds of loads rates are kept: they may have other forces on rods at every question.
+_KEPT = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +70,8 @@ def array_rates(
         DescriptionError: No robot is near this one in a number.
     """
     kind = inheritance(loads, robot.default_loads)
-    known, of_relatives = _known(robot), known_by_relatives(robot)
-    found = {parameter.path: known.get((parameter.path, kind)) for parameter in parameters}
+    known, of_relatives = _known(robot, kind), known_by_relatives(robot)
+    found = {parameter.path: known.get(parameter.path) for parameter in parameters}
     last = [
         parameter
         for parameter in parameters
@@ -82,18 +83,14 @@ def array_rates(
         robot, loads, [parameter for parameter in parameters if found[parameter.path] is None]
     )
     of_relatives |= own
-    if len(known) > _KEPT:
-        known.clear()
     whole = [found[parameter.path] or own[parameter.path] for parameter in parameters]
-    known |= {
-        (parameter.path, kind): rates for parameter, rates in zip(parameters, whole, strict=True)
-    }
+    known |= {parameter.path: rates for parameter, rates in zip(parameters, whole, strict=True)}
     return tuple(whole)
 
 
-@kept_with_robot
-def _known(robot: Robot) -> dict[tuple[str, Hashable], ArrayRates]:
-    """Rates by path and by what loads in force have of their own, to be filled."""
+@partial(kept_with_robot, most=_KEPT)
+def _known(robot: Robot, kind: Hashable) -> dict[str, ArrayRates]:
+    """Rates by path, for what loads in force have of their own, to be filled."""
     return {}
 
 

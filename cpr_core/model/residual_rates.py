@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +81,7 @@ def residual_rates(equilibrium: Equilibrium, parameters: Sequence[Parameter]) ->
         InvalidRequest: A number that is not given, or that says how many there are of something.
         DescriptionError: No robot is near this one in a number.
     """
-    plan = _plan(equilibrium, parameters)
+    plan = _plan(equilibrium.robot, equilibrium, parameters)
     rates = np.empty((len(parameters), equilibrium.robot.state_size))
     count = _vary(equilibrium, equilibrium.record, plan.variations, plan.loads, rates)
     return ResidualRates(rates, count)
@@ -88,7 +89,7 @@ def residual_rates(equilibrium: Equilibrium, parameters: Sequence[Parameter]) ->
 
 def parameter_scales(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Floats:
     """Changes of parameters that mean as much as a natural unit, (P,); 0 where they mean nothing."""
-    return _plan(equilibrium, parameters).sizes
+    return _plan(equilibrium.robot, equilibrium, parameters).sizes
 
 
 def _vary(
@@ -103,29 +104,16 @@ def _vary(
     return int(vary_residual(varied.prepared, load_arrays, *memory, variations, record, rates))
 
 
-def _plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _Plan:
-    """How parameters are varied: found once for a robot and what its loads have of their own."""
-    robot, loads = equilibrium.robot, equilibrium.loads
-    kind = inheritance(loads, robot.default_loads)
-    known = _known_plans(robot)
-    key = tuple([parameter.path for parameter in parameters]), kind
-    found = known.get(key)
-    if found is None:
-        if len(known) > _KEPT:
-            known.clear()
-        found = known[key] = _found_plan(equilibrium, parameters)
-    return found
+def _asked(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Hashable:
+    """What a plan is for: parameters, and what loads have of their own."""
+    own = inheritance(equilibrium.loads, equilibrium.robot.default_loads)
+    return tuple([parameter.path for parameter in parameters]), own
 
 
-@kept_with_robot
-def _known_plans(robot: Robot) -> dict[Hashable, _Plan]:
-    """Plans by paths and by what loads have of their own, to be filled."""
-    return {}
-
-
-def _found_plan(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _Plan:
+@partial(kept_with_robot, most=_KEPT, by=_asked)
+def _plan(robot: Robot, equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _Plan:
     """How parameters are varied, tried at a bent state."""
-    robot, arrays = equilibrium.robot, equilibrium.robot.arrays
+    arrays = robot.arrays
     rates = array_rates(robot, equilibrium.loads, parameters)
     first_load = VariedNumbers.of(robot, equilibrium.load_arrays).robot_count
     loads = any(len(own.places) and own.places[-1] >= first_load for own in rates)

@@ -58,20 +58,35 @@ def checked_robot(value: object) -> Robot:
 
 def kept_with_robot(
     find: Callable[Concatenate[Robot, Arguments], Found],
+    *,
+    most: int | None = None,
+    by: Callable[Arguments, Hashable] | None = None,
 ) -> Callable[Concatenate[Robot, Arguments], Found]:
     """Makes of a function of a robot one that finds once, and keeps what it found with the robot.
 
-    What else the function takes is hashable, and handed in by place: there is an answer for each of
-    them. Threads that ask at once may all search, without waiting for each other; they all get what was
-    found first. What a function wants to remember of a robot is a mapping or a list that it finds empty.
+    What else the function takes is handed in by place, and there is an answer for each of it. Threads
+    that ask at once may all search, without waiting for each other; they all get what was found first.
+    With options: ``@partial(kept_with_robot, most=100)``.
+
+    Args:
+        find: The function.
+        most: So many answers are kept, the oldest ones go first; None: all.
+        by: What tells arguments apart that are not hashable, or that are not to be kept.
     """
 
     @wraps(find)
     def kept(robot: Robot, *arguments: Any) -> Found:
-        key, known = (kept, *arguments), robot._kept
-        if key not in known:
-            known.setdefault(key, find(robot, *arguments))  # type: ignore[call-arg]
-        found: Found = known[key]
+        key = arguments if by is None else by(*arguments)  # type: ignore[call-arg]
+        known = robot._kept.get(kept)
+        if known is None:
+            known = robot._kept.setdefault(kept, {})
+        try:
+            found: Found = known[key]
+        except KeyError:
+            found = known.setdefault(key, find(robot, *arguments))  # type: ignore[call-arg]
+            if most is not None:
+                for oldest in list(known)[:-most]:
+                    known.pop(oldest, None)
         return found
 
     return cast("Callable[Concatenate[Robot, Arguments], Found]", kept)
@@ -95,7 +110,7 @@ class Robot:
 
     description: RobotDescription
     held_motors: tuple[int, ...] = ()
-    _kept: dict[Hashable, Any] = field(default_factory=dict, init=False)
+    _kept: dict[Callable[..., Any], dict[Hashable, Any]] = field(default_factory=dict, init=False)
     _last_loads: list[tuple[Loads, LoadArrays]] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
@@ -181,7 +196,7 @@ class Robot:
             DescriptionError: No robot has such a number.
         """
         changed = Robot(with_parameters(self.description, values), self.held_motors)
-        changed._kept[known_by_relatives,] = known_by_relatives(self)
+        changed._kept[known_by_relatives] = {(): known_by_relatives(self)}
         return changed
 
     @property

@@ -11,6 +11,7 @@ tangent, as along any other path.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -69,7 +70,7 @@ def continued(
     checked_robot(robot)
     if robot.held_motors != start.robot.held_motors or robot.state_size != start.robot.state_size:
         raise InvalidRequest("robot", "expected the robot of the start with other parameters")
-    _check_numbers_only(start.robot, robot)
+    _check_numbers_only(robot, start.robot.description)
     checked_problem(start.robot, problem)
     walk = _Walk(start, robot, problem, stable_only, Deadline(time_limit))
     found = walk.end()
@@ -77,22 +78,14 @@ def continued(
     return found
 
 
-def _check_numbers_only(first: Robot, last: Robot) -> None:
-    """Whether two robots differ in numbers of their descriptions only; the last answer is kept.
+@partial(kept_with_robot, most=1)
+def _check_numbers_only(last: Robot, first: RobotDescription) -> None:
+    """Whether a robot differs from a description in numbers only.
 
     Raises:
-        InvalidRequest: They differ in more.
+        InvalidRequest: It differs in more.
     """
-    known = _last_compared(last)
-    if not known or known[0] is not first.description:
-        check_numbers_only(first.description, last.description)
-        known[:] = [first.description]
-
-
-@kept_with_robot
-def _last_compared(robot: Robot) -> list[RobotDescription]:
-    """The description this robot was found to differ from in numbers only, to be filled."""
-    return []
+    check_numbers_only(first, last.description)
 
 
 @dataclass(frozen=True, eq=False)

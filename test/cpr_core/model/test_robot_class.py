@@ -6,6 +6,7 @@
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -681,6 +682,18 @@ def test_threads_that_search_at_once_keep_the_same():
     together.abort()
     with pytest.raises(threading.BrokenBarrierError):
         find(robot, 8)  # another question: searched for again
+
+
+def test_so_many_answers_are_kept_and_the_oldest_go_first():
+    robot, asked = load_robot("rfrfr"), []
+
+    @partial(kept_with_robot, most=2, by=lambda numbers: numbers.tobytes())
+    def find(_, numbers):
+        asked.append(numbers.tolist())  # None is an answer as any other
+
+    for number in (1, 2, 1, 3, 2, 1, 3):
+        find(robot, np.array([number]))
+    assert asked == [[1], [2], [3], [1]]
 
 
 def test_modes_that_are_not_independent_are_refused_with_the_reason():
