@@ -22,7 +22,7 @@ from ..description.inherited_loads import inheritance, inherited_loads, overridd
 from ..description.loads import Loads
 from ..description.parameters import Parameter
 from ..errors import DescriptionError, InvalidRequest
-from .nearby_robots import Nearby, change_of, nearby, nearby_ahead, robot_beside
+from .nearby_robots import AHEAD, CENTRAL, Stencil, change_of, kept_beside, nearby
 from .robot import Robot, kept_with_robot, known_by_relatives
 from .varied_numbers import are_floats, array_starts, legs_of_numbers, numbers_of
 
@@ -124,7 +124,7 @@ def _hold(
     ]
     try:
         pairs = tuple(zip(parameters, changes, strict=True))
-        beside = robot_beside(robot, pairs)
+        beside = kept_beside(robot, pairs)
     except DescriptionError:
         return False
     middle, true = _numbers(robot, loads), _numbers_beside(robot, beside, loads)
@@ -153,13 +153,12 @@ def _found(robot: Robot, loads: Loads, parameters: Sequence[Parameter]) -> dict[
     found: dict[str, ArrayRates] = {}
     for apart in _of_different_legs(parameters):
         found |= _rates_apart(robot, loads, apart) or {
-            parameter.path: _rates(robot, loads, parameter, nearby_ahead(robot, parameter))
-            for parameter in apart
+            parameter.path: _rates(robot, loads, parameter, AHEAD) for parameter in apart
         }
     rates = [found[parameter.path] for parameter in parameters]
     held = _holding(robot, loads, parameters, rates)
     return {
-        parameter.path: own or _rates(robot, loads, parameter, nearby(robot, parameter))
+        parameter.path: own or _rates(robot, loads, parameter, CENTRAL)
         for parameter, own in zip(parameters, held, strict=True)
     }
 
@@ -197,7 +196,7 @@ def _rates_apart(
     changes = [change_of(parameter) for parameter in parameters]
     try:
         pairs = tuple(zip(parameters, changes, strict=True))
-        beside = robot_beside(robot, pairs)
+        beside = kept_beside(robot, pairs)
     except DescriptionError:
         return None
     if overridden_loads(loads, robot.default_loads, beside.default_loads):
@@ -215,13 +214,17 @@ def _rates_apart(
     return found if np.array_equal(told, changed) else None
 
 
-def _rates(robot: Robot, loads: Loads, parameter: Parameter, near: Nearby) -> ArrayRates:
+def _rates(
+    robot: Robot, loads: Loads, parameter: Parameter, stencils: Sequence[Stencil]
+) -> ArrayRates:
     """Rates from some robots.
 
     Raises:
-        InvalidRequest: The quadrature is another one, or the loads have been given in place of those the
-            parameter is of.
+        InvalidRequest: The number is not given, the quadrature is another one, or the loads have been
+            given in place of those the parameter is of.
+        DescriptionError: There are no robots.
     """
+    near = nearby(robot, parameter, stencils, change_of(parameter), kept_beside)
     problem = f"{parameter.path} cannot be varied: the quadrature depends on it"
     if any(place[0] == _STATIONS for place in parameter.places):
         raise InvalidRequest("parameters", problem)

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,10 +16,44 @@ from ..description.parameters import Parameter
 from ..errors import DescriptionError, InvalidRequest
 from .robot import Robot, kept_with_robot
 
-__all__ = ["Nearby", "change_of", "nearby", "nearby_ahead", "robot_beside"]
+__all__ = [
+    "AHEAD",
+    "CENTRAL",
+    "FOURTH_ORDER",
+    "Nearby",
+    "Stencil",
+    "change_of",
+    "kept_beside",
+    "nearby",
+]
 
 #: Changes by which rates are found, of the size of a number: their square is lost in rounding.
 _CHANGE = 1e-5
+#: So many robots are kept, of a tenth of a megabyte each.
+_KEPT = 1000
+
+Changes: TypeAlias = tuple[tuple[Parameter, float], ...]
+
+
+class Stencil(NamedTuple):
+    """Where values are taken for a derivative.
+
+    Attributes:
+        steps: How many steps away.
+        weights: What values there, times these, add up to: the derivative times the step.
+    """
+
+    steps: tuple[float, ...]
+    weights: tuple[float, ...]
+
+
+#: Stencils, each with the one for where there are robots on one side only.
+AHEAD = (Stencil((1.0, 0.0), (1.0, -1.0)),) * 2
+CENTRAL = (Stencil((1.0, -1.0), (0.5, -0.5)), Stencil((1.0, 2.0, 0.0), (2.0, -0.5, -1.5)))
+FOURTH_ORDER = (
+    Stencil((-2.0, -1.0, 1.0, 2.0), (1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0)),
+    Stencil((0.0, 1.0, 2.0, 3.0, 4.0), (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)),
+)
 
 
 class Nearby(NamedTuple):
@@ -26,10 +61,12 @@ class Nearby(NamedTuple):
 
     Attributes:
         robots: The robots.
+        changes: Of the parameter in them.
         weights: What adds up to the rate of anything: its values there times these.
     """
 
     robots: tuple[Robot, ...]
+    changes: tuple[float, ...]
     weights: tuple[float, ...]
 
 
@@ -48,7 +85,7 @@ def change_of(parameter: Parameter) -> float:
     return change
 
 
-def robot_beside(robot: Robot, changes: Sequence[tuple[Parameter, float]]) -> Robot:
+def _robot_beside(robot: Robot, changes: Changes) -> Robot:
     """The robot with some numbers changed.
 
     Raises:
@@ -61,42 +98,40 @@ def robot_beside(robot: Robot, changes: Sequence[tuple[Parameter, float]]) -> Ro
         raise DescriptionError(source, f"loads.{error.argument}", error.problem) from None
 
 
-def nearby_ahead(robot: Robot, parameter: Parameter) -> Nearby:
-    """The robot on the one side, the other where there is none on the first, and this one.
+#: The same, which robots keep.
+kept_beside = partial(kept_with_robot, most=_KEPT)(_robot_beside)
+
+
+def nearby(
+    robot: Robot,
+    parameter: Parameter,
+    stencils: Sequence[Stencil],
+    step: float,
+    beside: Callable[[Robot, Changes], Robot] = _robot_beside,
+) -> Nearby:
+    """Robots beside one: on one side, ahead or else behind, where there are none on both.
+
+    Args:
+        robot: The robot.
+        parameter: Of its description.
+        stencils: What is tried, see above.
+        step: Between them, in the unit of the parameter.
+        beside: Makes a robot, or has it already.
 
     Raises:
-        InvalidRequest: The number is not finite.
-        DescriptionError: There is none.
+        DescriptionError: There are none: what is wrong with those ahead.
     """
-    change, ahead = _ahead(robot, parameter)
-    return Nearby((ahead, robot), (1.0 / change, -1.0 / change))
-
-
-@kept_with_robot
-def nearby(robot: Robot, parameter: Parameter) -> Nearby:
-    """Robots on both sides, or on one where there are none on the other.
-
-    Raises:
-        InvalidRequest: The number is not finite.
-        DescriptionError: There are none.
-    """
-    change, ahead = _ahead(robot, parameter)
-    try:
-        behind = robot_beside(robot, ((parameter, -change),))
-    except DescriptionError:
-        further = robot_beside(robot, ((parameter, 2.0 * change),))
-        return Nearby((ahead, further, robot), (2.0 / change, -0.5 / change, -1.5 / change))
-    return Nearby((ahead, behind), (0.5 / change, -0.5 / change))
-
-
-@kept_with_robot
-def _ahead(robot: Robot, parameter: Parameter) -> tuple[float, Robot]:
-    """A change of a parameter, a smaller number where it cannot be larger, and the robot there."""
-    change = change_of(parameter)
-    try:
-        return change, robot_beside(robot, ((parameter, change),))
-    except DescriptionError as refused:
+    both, single = stencils
+    refused: list[DescriptionError] = []
+    for stencil, signed in ((both, step), (single, step), (single, -step)):
+        changes = tuple([factor * signed for factor in stencil.steps])
         try:
-            return -change, robot_beside(robot, ((parameter, -change),))
-        except DescriptionError:
-            raise refused from None
+            robots = tuple(
+                [beside(robot, ((parameter, change),)) if change else robot for change in changes]
+            )
+        except DescriptionError as error:
+            refused.append(error)
+        else:
+            weights = tuple([weight / signed for weight in stencil.weights])
+            return Nearby(robots, changes, weights)
+    raise refused[1] from None

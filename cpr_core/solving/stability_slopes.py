@@ -7,18 +7,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..description.inherited_loads import inherited_loads
 from ..description.parameters import Parameter
-from ..errors import DescriptionError
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium, described
 from ..model.model_state import Configuration
-from ..model.nearby_robots import robot_beside
+from ..model.nearby_robots import FOURTH_ORDER, Nearby, nearby
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot, kept_with_robot
 from ..model.softest_motion import SizeOfMotion, softest_motion
@@ -28,30 +26,11 @@ __all__ = ["stability_slopes"]
 Floats = NDArray[np.float64]
 
 _SIZES: dict[str, SizeOfMotion] = {"margin": "elastic", "smallest_eigenvalue": "unit"}
-#: Steps, and what they count for: differences of fourth order; on one side where there is no other.
-_BOTH_SIDES = ((-2.0, -1.0, 1.0, 2.0), (1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0))
-_ONE_SIDE = ((0.0, 1.0, 2.0, 3.0, 4.0), (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25))
 #: Step in natural units of the parameter and of the state: whichever is smaller.
 _STEP = 2e-3
 #: Largest change that counts as a natural unit, in sizes of the parameter: what does next to nothing is
 #: not taken where descriptions end, as a direction across another that is only stretched.
 _FARTHEST = 50.0
-
-
-class _Beside(NamedTuple):
-    """Robots beside one in a parameter.
-
-    Attributes:
-        step: Between them; negative where the parameter can only get smaller.
-        factors: How many steps away they are.
-        weights: What adds up to a derivative, times the step.
-        robots: The robots.
-    """
-
-    step: float
-    factors: tuple[float, ...]
-    weights: tuple[float, ...]
-    robots: tuple[Robot, ...]
 
 
 def stability_slopes(
@@ -88,53 +67,29 @@ def stability_slopes(
         step = _STEP * min(natural, farthest, 1.0 / max(response, 1e-300))
         near = _near(equilibrium.robot, parameter, 2.0 ** math.floor(math.log2(step)))
         beside = [
-            _moved(equilibrium, robot, factor * near.step * rate)
-            for factor, robot in zip(near.factors, near.robots, strict=True)
+            _moved(equilibrium, robot, change * rate)
+            for robot, change in zip(near.robots, near.changes, strict=True)
         ]
         for name, motion in motions.items():
             values = [
                 math.nan if motion is None else motion.change(neighbour) for neighbour in beside
             ]
-            found[name][column] = np.dot(near.weights, values) / near.step
+            found[name][column] = np.dot(near.weights, values)
     return found
 
 
-def _near(robot: Robot, parameter: Parameter, step: float) -> _Beside:
-    """Robots beside one in a parameter, the last ones kept."""
+def _near(robot: Robot, parameter: Parameter, step: float) -> Nearby:
+    """Robots beside one in a parameter, those of the last step kept: they have memory of their own."""
     last = _last_beside(robot, parameter)
-    if not last or abs(last[0].step) != step:
-        try:
-            last[:] = [_made(robot, parameter, step, *_BOTH_SIDES)]
-        except DescriptionError:
-            last[:] = [_made_on_one_side(robot, parameter, step)]
-    return last[0]
+    if not last or last[0][0] != step:
+        last[:] = [(step, nearby(robot, parameter, FOURTH_ORDER, step))]
+    return last[0][1]
 
 
 @kept_with_robot
-def _last_beside(robot: Robot, parameter: Parameter) -> list[_Beside]:
-    """The robots beside it of the last question, to be filled."""
+def _last_beside(robot: Robot, parameter: Parameter) -> list[tuple[float, Nearby]]:
+    """The step of the last question and the robots there, to be filled."""
     return []
-
-
-def _made_on_one_side(robot: Robot, parameter: Parameter, step: float) -> _Beside:
-    try:
-        return _made(robot, parameter, step, *_ONE_SIDE)
-    except DescriptionError as refused:
-        try:
-            return _made(robot, parameter, -step, *_ONE_SIDE)
-        except DescriptionError:
-            raise refused from None
-
-
-def _made(
-    robot: Robot,
-    parameter: Parameter,
-    step: float,
-    factors: tuple[float, ...],
-    weights: tuple[float, ...],
-) -> _Beside:
-    robots = tuple(robot_beside(robot, ((parameter, factor * step),)) for factor in factors)
-    return _Beside(step, factors, weights, robots)
 
 
 def _moved(equilibrium: Equilibrium, near: Robot, change: Floats) -> Equilibrium:

@@ -21,7 +21,6 @@ from cpr_core import (
 )
 from cpr_core.description.changed_description import named_parameters
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.model import array_rates as module
 from cpr_core.model import nearby_robots
 from cpr_core.model.array_rates import array_rates
 
@@ -65,14 +64,13 @@ def test_rates_of_a_changed_robot_are_those_it_finds_alone(paths, changed):
 
 def robots_built(monkeypatch):
     """Lists that grow with every robot beside another: in several parameters, in one."""
-    several, single, beside = [], [], module.robot_beside
+    several, single, shifted = [], [], nearby_robots.shifted_together
 
-    def counted(robot, changes):
+    def counted(description, changes):
         (several if len(changes) > 1 else single).append(1)
-        return beside(robot, changes)
+        return shifted(description, changes)
 
-    for place in (module, nearby_robots):
-        monkeypatch.setattr(place, "robot_beside", counted)
+    monkeypatch.setattr(nearby_robots, "shifted_together", counted)
     return several, single
 
 
@@ -151,10 +149,10 @@ def test_nothing_but_one_robot_is_built_where_rates_hold(monkeypatch):
     start = continued(start, robot)
     derivatives(start, APART)
     assert (len(together), len(single)) == (1, 0)
-    for force in (1.0, 2.0):  # other loads, and again other ones, which change alike
+    for force in (1.0, 2.0):  # other loads, and again other ones
         loads = robot.default_loads.with_(wrench_world=[0, 0, 0, force, 0, 0])
         derivatives(solve_forward(robot, start.motors, loads=loads), APART)
-        assert (len(together), len(single)) == (2, 0)
+        assert (len(together), len(single)) == (1, 0)
     derivatives(start, TOGETHER)
     assert len(single) >= len(TOGETHER) - 1
 
