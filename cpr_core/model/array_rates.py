@@ -5,8 +5,7 @@
 
 A robot near by is built for every parameter, or two; for parameters of different legs together, as each
 changes numbers of its own legs only. After that a residual near by only needs some
-numbers written into arrays that are there. The robot of which this one is a change may know the rates
-already: then one robot that is beside this one in all parameters at once tells whether they still hold.
+numbers written into arrays that are there.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from ..description.loads import Loads
 from ..description.parameters import Parameter
 from ..errors import DescriptionError, InvalidRequest
 from .nearby_robots import AHEAD, CENTRAL, Stencil, change_of, kept_beside, nearby
-from .robot import Robot, kept_with_robot, known_by_relatives
+from .robot import Robot, kept_with_robot
 from .varied_numbers import are_floats, array_starts, legs_of_numbers, numbers_of
 
 __all__ = ["ArrayRates", "array_rates"]
@@ -31,7 +30,7 @@ __all__ = ["ArrayRates", "array_rates"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Part of a change by which rates that are known may miss it: rounding, over the change.
+#: Part of a change by which rates from one side may miss it: rounding, over the change.
 _MISSED = 1e-9
 #: How far from the change of another one that of a parameter is, so that no two misses cancel.
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
@@ -69,23 +68,9 @@ def array_rates(
             has no effect: the request has put other loads in its place.
         DescriptionError: No robot is near this one in a number.
     """
-    kind = inheritance(loads, robot.default_loads)
-    known, of_relatives = _known(robot, kind), known_by_relatives(robot)
-    found = {parameter.path: known.get(parameter.path) for parameter in parameters}
-    last = [
-        parameter
-        for parameter in parameters
-        if found[parameter.path] is None and parameter.path in of_relatives
-    ]
-    held = _holding(robot, loads, last, [of_relatives[parameter.path] for parameter in last])
-    found |= {parameter.path: rates for parameter, rates in zip(last, held, strict=True)}
-    own = _found(
-        robot, loads, [parameter for parameter in parameters if found[parameter.path] is None]
-    )
-    of_relatives |= own
-    whole = [found[parameter.path] or own[parameter.path] for parameter in parameters]
-    known |= {parameter.path: rates for parameter, rates in zip(parameters, whole, strict=True)}
-    return tuple(whole)
+    known = _known(robot, inheritance(loads, robot.default_loads))
+    known |= _found(robot, loads, [own for own in parameters if own.path not in known])
+    return tuple([known[parameter.path] for parameter in parameters])
 
 
 @partial(kept_with_robot, most=_KEPT)
@@ -97,7 +82,7 @@ def _known(robot: Robot, kind: Hashable) -> dict[str, ArrayRates]:
 def _holding(
     robot: Robot, loads: Loads, parameters: Sequence[Parameter], rates: Sequence[ArrayRates]
 ) -> list[ArrayRates | None]:
-    """Rates of another robot that are those of this one too; None where they may not be.
+    """Rates from one side that are those of the other too; None where they may not be.
 
     Tried with all parameters changed at once, then with halves of those that do not hold together.
     """
@@ -204,7 +189,7 @@ def _rates_apart(
     middle, ahead = _numbers(robot, loads), _numbers_beside(robot, beside, loads)
     if len(ahead) != len(middle):
         return None
-    legs = legs_of_numbers(robot, robot.load_arrays(loads))
+    legs = _legs(robot)
     changed = (ahead != middle) & _kinds(robot)[0]
     found, told = {}, np.zeros(len(middle), np.bool_)
     for parameter, change in pairs:
@@ -248,6 +233,12 @@ def _kinds(robot: Robot) -> tuple[NDArray[np.bool_], Integers]:
     """Which numbers are floats, and where arrays begin: the same for all loads."""
     own = robot.arrays, robot.load_arrays(robot.default_loads)
     return are_floats(*own), array_starts(*own)
+
+
+@kept_with_robot
+def _legs(robot: Robot) -> Floats:
+    """Which leg a number is of: as above."""
+    return legs_of_numbers(robot, robot.load_arrays(robot.default_loads))
 
 
 def _numbers(robot: Robot, loads: Loads) -> Floats:

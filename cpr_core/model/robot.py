@@ -36,7 +36,7 @@ from .robot_arrays import robot_arrays
 from .state_numbers import RodNumbers, StateNumbers, state_numbers
 from .strain_matrices import curvature_stations, strain_grams, strain_stiffness, unit_motions
 
-__all__ = ["Robot", "checked_robot", "kept_with_robot", "known_by_relatives"]
+__all__ = ["Robot", "checked_robot", "kept_with_robot"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -90,12 +90,6 @@ def kept_with_robot(
         return found
 
     return cast("Callable[Concatenate[Robot, Arguments], Found]", kept)
-
-
-@kept_with_robot
-def known_by_relatives(robot: Robot) -> dict[str, Any]:
-    """What robots know together that differ in numbers only, by paths of numbers; to be filled."""
-    return {}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -195,9 +189,7 @@ class Robot:
             NonFiniteInput: A NaN or an infinity.
             DescriptionError: No robot has such a number.
         """
-        changed = Robot(with_parameters(self.description, values), self.held_motors)
-        changed._kept[known_by_relatives] = {(): known_by_relatives(self)}
-        return changed
+        return Robot(with_parameters(self.description, values), self.held_motors)
 
     @property
     def planar(self) -> bool:
