@@ -26,7 +26,6 @@ __all__ = [
     "MOTORS",
     "NO_LIMITS",
     "OFFSET",
-    "RATIO",
     "UNDRIVEN",
     "Drive",
     "Extensible",
@@ -36,7 +35,6 @@ __all__ = [
     "Prismatic",
     "RevoluteMotor",
     "Welded",
-    "described_ratio",
 ]
 
 
@@ -79,7 +77,7 @@ OFFSET = FARTHEST | {
     "type": "number",
     "description": "where the joint is, or how long the rod, at zero of the motor [rad or m]; default 0",
 }
-RATIO = {
+_RATIO = {
     "type": "number",
     "description": "way of the joint, or length of the rod, per way of the motor; default 1",
 }
@@ -95,7 +93,7 @@ LEAD = {
 _RATIOS = (1e-30, 1e30)
 
 
-def described_ratio(part: Part) -> float:
+def _described_ratio(part: Part) -> float:
     """Way of a joint per way of its motor, of either sign.
 
     Raises:
@@ -136,7 +134,7 @@ class Drive:
     screw: bool = False
     fields: ClassVar[Mapping[str, Any]] = {
         "motor": field("name", "the motor that moves it; default passive"),
-        "ratio": RATIO,
+        "ratio": _RATIO,
         "offset": OFFSET,
         "limits": field("limits", "what the motor can do; default unlimited"),
     }
@@ -164,7 +162,7 @@ class Drive:
         """That of a motor, all else as its part of a description says."""
         return cls(
             motor,
-            described_ratio(part),
+            _described_ratio(part),
             part.number("offset", 0.0),
             MotorLimits.from_description(part.part("limits")),
             "lead" in part,

@@ -21,12 +21,12 @@ from ..model.world_response import WorldResponse
 from ..validation import ReadOnlyArrays, cached_array
 from .wrench_measurements import WrenchMeasurements
 
-__all__ = ["UNFELT", "FeltDirections", "felt_directions"]
+__all__ = ["FeltDirections", "felt_directions"]
 
 Floats = NDArray[np.float64]
 
 #: Standard deviation of what is not felt, in natural units: as good as infinite, and a number.
-UNFELT = 1e3
+_UNFELT = 1e3
 #: Largest standard deviation of what is felt, in natural units.
 _LARGEST_DEVIATION = 1.0
 #: Smallest answer to a wrench, of the largest, that is more than rounding.
@@ -86,12 +86,13 @@ class FeltDirections(ReadOnlyArrays):
 
     @cached_array
     def covariance(self) -> Floats:
-        """Covariance of the wrench in the world, (6, 6); what is not felt has ``UNFELT``."""
+        """Covariance of the wrench in the world, (6, 6); what is not felt is as good as infinite."""
         axes, units = self.robot.platform_axes, self.robot.wrench_units
-        deviations = np.full(len(axes), UNFELT)
+        deviations = np.full(len(axes), _UNFELT)
         deviations[: self.count] = 1.0 / self.answers[: self.count]
         within = self.directions * deviations
-        covariance = np.diag(np.full(6, UNFELT**2))  # a planar robot: so are those out of its plane
+        # Of a planar robot those out of its plane are not felt either.
+        covariance = np.diag(np.full(6, _UNFELT**2))
         covariance[np.ix_(axes, axes)] = within @ within.T
         return np.asarray(covariance * units[:, None] * units)
 

@@ -28,7 +28,6 @@ __all__ = [
     "ChainPoint",
     "TipJoint",
     "chain_balance",
-    "platform_wrench",
     "tip_joint",
     "variable_units",
 ]
@@ -119,7 +118,7 @@ def tip_joint(leg: LegModel, mu: Floats, rotation: Floats, tip: Floats) -> TipJo
     return TipJoint(psi, axes, np.tensordot(mu, products, 1))
 
 
-def platform_wrench(robot: Robot, loads: Loads, rotation: Floats) -> tuple[Floats, Floats]:
+def _platform_wrench(robot: Robot, loads: Loads, rotation: Floats) -> tuple[Floats, Floats]:
     """Wrench of the loads on the platform about its origin, (6,), and its derivative by turns."""
     weight = robot.description.platform_mass * loads.gravity
     center = rotation @ robot.description.center_of_mass
@@ -190,7 +189,7 @@ def chain_balance(model: ChainRobot, point: ChainPoint) -> ChainBalance:
     units = variable_units(model, len(point.nodes))
     twist = np.zeros((6, len(units)))
     twist[robot.platform_axes, numbers.platform_index + np.arange(len(robot.platform_axes))] = 1.0
-    wrench, turned = platform_wrench(robot, model.loads, point.rotation)
+    wrench, turned = _platform_wrench(robot, model.loads, point.rotation)
     wrench_by_all = turned @ twist[:3]
     parts: list[tuple[Floats, Floats]] = []
     legs, efforts = [], np.zeros(len(numbers.unit))

@@ -48,7 +48,7 @@ Integers = NDArray[np.int64]
 #: Cells of (0, 1) in which conjugate points are looked for first.
 CELLS = 64
 #: Tip parts shorter than this are not looked at: so short a rod does not buckle.
-SHORTEST = 0.01
+_SHORTEST = 0.01
 #: Cells are split until the phases together turn by less than this [rad], so that none is lost in 2 pi.
 LARGEST_TURN = 0.8
 #: Conjugate points closer than this in u are one of higher multiplicity.
@@ -111,7 +111,7 @@ class JacobiFields:
     @cached_property
     def _orientation(self) -> float:
         """Sign near the tip; it depends on the basis of the terminal data."""
-        return float(np.sign(linalg.det(self.at(1.0 - SHORTEST)[0])))
+        return float(np.sign(linalg.det(self.at(1.0 - _SHORTEST)[0])))
 
     def singular_values(self, u: float) -> Floats:
         """Singular values of b(u) on orthonormal variations, descending, in [0, 1], (n,)."""
@@ -213,10 +213,8 @@ def rod_fields(
     length: float,
     rigidities: Floats,
     free: Sequence[int],
-    distributed: ArrayLike = (0.0, 0.0, 0.0),
     *,
     planar: bool = False,
-    steps: int = STEPS,
 ) -> JacobiFields:
     """Variations of a single rod, clamped at the section.
 
@@ -227,11 +225,9 @@ def rod_fields(
         rigidities: H_a, (3,) [N m^2].
         free: The components of (dp, dtheta, dm, dn), out of 0..11, the tip joint leaves free: six, in
             the plane three. The tip moment has to vanish unless dtheta is held.
-        distributed: Force per length, fixed in the world, (3,) [N/m].
         planar: Whether the rod varies in the plane z = 0 only.
-        steps: Runge-Kutta steps.
     """
-    rod = integrate(tip, -length, rigidities, distributed, steps)
+    rod = integrate(tip, -length, rigidities, np.zeros(3), STEPS)
     length_unit, couple = length, rigidities[2] / length
     unit = np.repeat([length_unit, 1.0, couple, couple / length], 3)
     rows = np.array([0, 1, 5] if planar else range(6))
@@ -257,7 +253,7 @@ def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[fl
         fields = robot_fields(solution)
     else:
         return index_falls(solution)
-    sections = np.linspace(0.0, 1.0 - SHORTEST, CELLS + 1)
+    sections = np.linspace(0.0, 1.0 - _SHORTEST, CELLS + 1)
     signatures = fields.signatures(sections)
     found: list[float] = []
     for k in range(CELLS):

@@ -161,8 +161,6 @@ def follow_platform(
     start: ContinuousEquilibrium,
     positions: ArrayLike,
     rotations: ArrayLike | None = None,
-    *,
-    method: ShootingMethod | None = None,
 ) -> tuple[ContinuousEquilibrium, ...]:
     """Inverse problem along a path of platform poses.
 
@@ -170,7 +168,6 @@ def follow_platform(
         start: Equilibrium whose branch is followed.
         positions: Platform positions one after the other, (K, 3) [m].
         rotations: Platform rotations, (K, 3, 3); default that of the start.
-        method: Integration and tolerance; default those of the start.
 
     Raises:
         InvalidRequest: The robot has not as many motors as platform coordinates.
@@ -187,7 +184,7 @@ def follow_platform(
     changes[:, :3] = Rotation.from_matrix(turns[1:] @ np.swapaxes(turns[:-1], 1, 2)).as_rotvec()
     changes[:, 3:] = np.diff(np.vstack([start.platform_position, places]), axis=0)
     changes[:, 3:] /= start.robot.mean_length
-    return _followed(start, changes, method or start.method, motors_held=False)
+    return _followed(start, changes, start.method, motors_held=False)
 
 
 def _refined(

@@ -164,14 +164,14 @@ class FiniteDifferences:
         return splu(tangent, permc_spec="NATURAL").solve(residual)
 
     def newton(
-        self, motors: Floats, unknowns: Floats, tolerance: float, contraction: float
+        self, motors: Floats, unknowns: Floats, contraction: float
     ) -> tuple[Floats, float, int]:
         """Solve from near; the residual stays large where corrections do not contract."""
         length = np.inf
         for iteration in range(CORRECTIONS + 1):
             residual, tangent = self.evaluate(motors, unknowns)
             largest = float(np.abs(residual).max())
-            if largest < tolerance or iteration == CORRECTIONS:
+            if largest < RESIDUAL_TOLERANCE or iteration == CORRECTIONS:
                 break
             change = self.correction(tangent, residual)
             correction = float(np.linalg.norm(change))
@@ -182,14 +182,13 @@ class FiniteDifferences:
 
 
 def solve_finite_differences(
-    start: ContinuousEquilibrium, elements: int, *, tolerance: float = RESIDUAL_TOLERANCE
+    start: ContinuousEquilibrium, elements: int
 ) -> FiniteDifferenceEquilibrium:
     """Refine an equilibrium of continuous rods into one of elements, motors held.
 
     Args:
         start: Where Newton's method starts.
         elements: Elements of every leg.
-        tolerance: On the dimensionless residual.
 
     Raises:
         InvalidRequest: Not a planar robot of rods that meet in a point, or a load.
@@ -216,24 +215,20 @@ def solve_finite_differences(
     unit = start.robot.description.legs[0].rod.rigidities[2] / model.length**2
     parts += [-start.base_wrenches[:, 3:5].ravel() / unit]
     unknowns = np.concatenate([*parts, start.platform_position[:2] / model.length])
-    found, largest, iterations = model.newton(start.motors, unknowns, tolerance, np.inf)
-    if not largest < tolerance:
+    found, largest, iterations = model.newton(start.motors, unknowns, np.inf)
+    if not largest < RESIDUAL_TOLERANCE:
         raise NoForwardSolution(f"finite differences: residual {largest:.1e}", 0.0, None)
     return FiniteDifferenceEquilibrium(model, start.motors, found, largest, iterations)
 
 
 def follow_finite_differences(
-    start: FiniteDifferenceEquilibrium,
-    motors: ArrayLike,
-    *,
-    tolerance: float = RESIDUAL_TOLERANCE,
+    start: FiniteDifferenceEquilibrium, motors: ArrayLike
 ) -> tuple[FiniteDifferenceEquilibrium, ...]:
     """Forward problem along a path of motor positions.
 
     Args:
         start: Equilibrium whose branch is followed.
         motors: Motor positions one after the other, (K, n) [rad].
-        tolerance: On the dimensionless residual.
 
     Raises:
         InvalidRequest: Wrong number of motors.
@@ -249,9 +244,9 @@ def follow_finite_differences(
         while reached < 1.0:
             ahead = min(1.0, reached + step)
             imposed = (1.0 - ahead) * first + ahead * goal
-            found, largest, used = model.newton(imposed, last.unknowns, tolerance, CONTRACTION)
+            found, largest, used = model.newton(imposed, last.unknowns, CONTRACTION)
             total += used
-            if largest < tolerance:
+            if largest < RESIDUAL_TOLERANCE:
                 last = FiniteDifferenceEquilibrium(model, imposed, found, largest, total)
                 step, reached = min(longest, 2.0 * (ahead - reached)), ahead
                 continue

@@ -255,7 +255,7 @@ def _moved(at: LiteralEquilibrium, step: Floats) -> LiteralEquilibrium:
     )
 
 
-def _levenberg_marquardt(at: LiteralEquilibrium, tolerance: float) -> LiteralEquilibrium:
+def _levenberg_marquardt(at: LiteralEquilibrium) -> LiteralEquilibrium:
     """The damping falls after a step that reduces the residual and rises after one that does not."""
     length = at.robot.mean_length
     energy = float(np.mean([leg.rod.rigidities[2] for leg in at.robot.description.legs])) / length
@@ -269,7 +269,7 @@ def _levenberg_marquardt(at: LiteralEquilibrium, tolerance: float) -> LiteralEqu
     residual, jacobian, by_motors = _evaluate(at)
     for iteration in range(ITERATIONS):
         largest = float(np.abs(residual / unit).max())
-        if largest < tolerance:
+        if largest < RESIDUAL_TOLERANCE:
             return replace(
                 at, residual=largest, iterations=iteration, jacobian=(jacobian, by_motors)
             )
@@ -287,14 +287,11 @@ def _levenberg_marquardt(at: LiteralEquilibrium, tolerance: float) -> LiteralEqu
     )
 
 
-def solve_literally(
-    equilibrium: Equilibrium, *, tolerance: float = RESIDUAL_TOLERANCE
-) -> LiteralEquilibrium:
+def solve_literally(equilibrium: Equilibrium) -> LiteralEquilibrium:
     """Solve Eq. (32) by the paper's procedure at the motor positions of an equilibrium.
 
     Args:
         equilibrium: The initial guess.
-        tolerance: On the dimensionless residual.
 
     Raises:
         InvalidRequest: A robot or a load this procedure is not written out for.
@@ -334,20 +331,18 @@ def solve_literally(
             multipliers=np.concatenate(multipliers),
             platform_rotation=equilibrium.platform_rotation,
             platform_position=equilibrium.platform_position,
-        ),
-        tolerance,
+        )
     )
 
 
 def follow_literally(
-    start: LiteralEquilibrium, motors: ArrayLike, *, tolerance: float = RESIDUAL_TOLERANCE
+    start: LiteralEquilibrium, motors: ArrayLike
 ) -> tuple[LiteralEquilibrium, ...]:
     """Forward problem along a path of motor positions, predicted by the Jacobian.
 
     Args:
         start: Equilibrium to start from.
         motors: Motor positions one after the other, (K, n) [rad].
-        tolerance: On the dimensionless residual.
 
     Raises:
         InvalidRequest: Wrong number of motors.
@@ -359,6 +354,6 @@ def follow_literally(
         goal = checked_vector("motors", target, len(start.motors))
         jacobian, by_motors = last.jacobian
         step = -linalg.solve(jacobian, by_motors @ (goal - last.motors))
-        last = _levenberg_marquardt(replace(_moved(last, step), motors=goal), tolerance)
+        last = _levenberg_marquardt(replace(_moved(last, step), motors=goal))
         points.append(last)
     return tuple(points)

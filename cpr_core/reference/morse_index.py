@@ -23,13 +23,13 @@ from .continuous_equilibrium import ContinuousEquilibrium
 from .rod_integration import RodTrajectory
 from .second_variation import PartTooLong, SecondVariation, second_variation
 
-__all__ = ["SHORTEST", "MorseIndex", "energy_form", "index_beyond", "index_falls", "morse_index"]
+__all__ = ["MorseIndex", "energy_form", "index_beyond", "index_falls", "morse_index"]
 
 #: Turn of the curvature and wave number times length of the longest part of a rod, tried first.
 _LONGEST = 1.0
 #: Tip parts shorter than this are not looked at: rods so short do not buckle, and where they hold a
 #: platform more than once over what they yield drowns in rounding.
-SHORTEST = 0.05
+_SHORTEST = 0.05
 #: How well conjugate points are located.
 _LOCATED = 1e-9
 
@@ -67,8 +67,8 @@ def index_beyond(solution: ContinuousEquilibrium, u: float) -> int:
     Raises:
         InvalidRequest: A load without potential, or another section.
     """
-    if not 0.0 <= u <= 1.0 - SHORTEST:
-        raise InvalidRequest("u", f"expected a section from 0 to {1.0 - SHORTEST:g}, got {u}")
+    if not 0.0 <= u <= 1.0 - _SHORTEST:
+        raise InvalidRequest("u", f"expected a section from 0 to {1.0 - _SHORTEST:g}, got {u}")
     return energy_form(solution, u).index(motors_free=False)
 
 
@@ -147,7 +147,7 @@ def index_falls(solution: ContinuousEquilibrium) -> tuple[float, ...]:
         at_middle = index_beyond(solution, middle)
         return between(low, middle, at_low, at_middle) + between(middle, high, at_middle, at_high)
 
-    last = 1.0 - SHORTEST
+    last = 1.0 - _SHORTEST
     ends = [index_beyond(solution, u) for u in (0.0, last)]
     return (*between(0.0, last, *ends), *[1.0] * ends[1])
 

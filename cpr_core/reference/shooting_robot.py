@@ -21,7 +21,6 @@ __all__ = [
     "check_robot",
     "check_square",
     "force_per_length",
-    "motor_axes",
     "shooting_knows",
     "shooting_of",
 ]
@@ -45,7 +44,7 @@ def shooting_of(
         planar=robot.planar,
         base_position=np.array([leg.base_position for leg in legs]) / length,
         base_tangent=np.array([leg.base_at(0.0).rotation[:, 0] for leg in legs]),
-        motor_axis=motor_axes(robot),
+        motor_axis=_motor_axes(robot),
         tip_position=np.array([leg.joint.position for leg in legs], float) / length,
         length=np.array([leg.rod.length for leg in legs]) / length,
         stiffness=stiffness / (moment * length),
@@ -60,7 +59,7 @@ def shooting_of(
     return shooting, (length, np.repeat([moment, force], 3))
 
 
-def motor_axes(robot: Robot) -> Floats:
+def _motor_axes(robot: Robot) -> Floats:
     """Motor axes in the world, (n, 3)."""
     axes = [leg.motor.axis for leg in robot.description.legs]  # type: ignore[attr-defined]
     return np.array(axes, np.float64)

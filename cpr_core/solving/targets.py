@@ -28,7 +28,6 @@ __all__ = [
     "Target",
     "check_rod_lengths",
     "pose_between",
-    "pose_row",
 ]
 
 Floats = NDArray[np.float64]
@@ -103,7 +102,7 @@ def check_rod_lengths(robot: Robot, motors: Floats) -> None:
             )
 
 
-def pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
+def _pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
     """An imposed pose as the kernels take it, see ``continue_equilibria``, (12 + n,)."""
     row = np.empty(IMPOSED_MOTORS + len(motors))
     row[ROTATION:POSITION] = rotation.ravel()
@@ -229,7 +228,7 @@ class PoseTarget:
     ) -> Floats:
         """Rotation, position and motors, (1, 12 + n)."""
         free = start if near is None else near
-        row = pose_row(free.platform_rotation, free.platform_position, free.motors)
+        row = _pose_row(free.platform_rotation, free.platform_position, free.motors)
         rotation = row[ROTATION:POSITION].reshape(3, 3)
         position, motors = row[POSITION:IMPOSED_MOTORS], row[IMPOSED_MOTORS:]
         self.impose(start, fraction, Imposed(motors, _NO_EFFORTS, rotation, position))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ..errors import distinct
-from ..model.assessment import DEFAULT_THRESHOLDS, MEASURES, Assessment, Threshold, Thresholds
+from ..model.assessment import DEFAULT_THRESHOLDS, MEASURES, Assessment, Threshold
 from ..model.equilibrium import Equilibrium
 
 __all__ = ["Bar", "bar", "bars"]
@@ -42,17 +42,12 @@ class Bar:
         return f"{self.name} {value} (slow {warning}, stop {stop})"
 
 
-def bars(equilibrium: Equilibrium, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Bar, ...]:
-    """Bars of an equilibrium: of all measures the robot has.
-
-    Args:
-        equilibrium: Where the robot is.
-        thresholds: Of every measure.
-    """
+def bars(equilibrium: Equilibrium) -> tuple[Bar, ...]:
+    """Bars of an equilibrium: of all measures the robot has."""
     assessment = Assessment(equilibrium)
     values = {name: assessment.value(name) for name in MEASURES}
     return tuple(
-        bar(name, value, thresholds[name])
+        bar(name, value, DEFAULT_THRESHOLDS[name])
         for name, value in values.items()
         if not math.isinf(value)  # no such limit, nothing that can move, or no inverse problem
     )

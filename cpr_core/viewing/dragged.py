@@ -122,7 +122,7 @@ class ForceArrow:
         size = robot.mean_length
         self._unit = robot.arrays.energy_unit / size / (_PER_FORCE * size)  # N a metre of arrow
         self._anchor = _ANCHOR * size * (np.eye(3)[1] if robot.planar else np.eye(3)[2])
-        self._planar, self._origin = robot.planar, np.zeros(3)
+        self._origin = np.zeros(3)
         self._grip, self._dragged = Grip(), dragged
         self._arrow = scene.add_arrows(
             "/force/arrow",

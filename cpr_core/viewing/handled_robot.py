@@ -28,12 +28,12 @@ from ..solving.requests import split_pose
 from ..validation import checked_vector
 from .refused import Asked, Refused
 
-__all__ = ["EARTH", "HandledRobot"]
+__all__ = ["HandledRobot"]
 
 Floats = NDArray[np.float64]
 
 #: Gravity that is switched on where the description has none [m/s^2].
-EARTH = (0.0, 0.0, -9.81)
+_EARTH = (0.0, 0.0, -9.81)
 #: A walk that takes longer is refused: whoever drags waits for the picture [s].
 _TIME_LIMIT = 2.0
 #: Requests of one hand that follow each other faster are one gesture, undone together [s].
@@ -170,10 +170,10 @@ class HandledRobot:
     def switch_gravity(self, on: bool) -> bool:
         """With the gravity of the description (that of the earth where it has none), or without."""
         described = self.robot.description.gravity
-        gravity = np.zeros(3) if not on else described if np.any(described) else np.array(EARTH)
+        gravity = np.zeros(3) if not on else described if np.any(described) else np.array(_EARTH)
         if on and self.robot.planar:
             gravity = np.array([gravity[0], gravity[1], 0.0])
-            gravity = gravity if np.any(gravity) else np.array([0.0, EARTH[2], 0.0])
+            gravity = gravity if np.any(gravity) else np.array([0.0, _EARTH[2], 0.0])
         return self.load(self.equilibrium.loads.with_(gravity=gravity), "gravity")
 
     def go_home(self) -> bool:

@@ -29,7 +29,7 @@ from .map_tab import MapTab
 from .record_tab import RecordTab
 from .refused import ghost_lines
 from .robot_scene import RobotScene
-from .server import LOCAL, address_of, close_server, open_server
+from .server import address_of, close_server, open_server
 from .status_panel import BarsPanel, status_text
 from .way_tab import WayTab
 
@@ -52,18 +52,18 @@ class Page:
     def __init__(
         self,
         robot: Robot,
-        start: Equilibrium | None = None,
+        start: Equilibrium | None,
         *,
-        host: str = LOCAL,
-        port: int = 8080,
-        map_file: str | Path | None = None,
-        way: Trace | None = None,
+        host: str,
+        port: int,
+        map_file: str | Path | None,
+        way: Trace | None,
     ) -> None:
         """Open the page; it is there until it is closed or the process ends.
 
         Args:
             robot: The robot.
-            start: Where to begin; default home.
+            start: Where to begin; None: home.
             host: Address to listen at.
             port: Port; 0: any that is free.
             map_file: A map of the robot, to begin with.

@@ -20,10 +20,10 @@ from .own_loop_event import OwnLoopEvent
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["LOCAL", "MissingViewer", "address_of", "close_server", "open_server", "origin_problem"]
+__all__ = ["MissingViewer", "address_of", "close_server", "open_server", "origin_problem"]
 
 #: Where the page is served unless asked.
-LOCAL = "127.0.0.1"
+_LOCAL = "127.0.0.1"
 _HERE = ("127.0.0.1", "localhost", "::1")
 #: Bytes of a reason that a websocket is closed for, at most.
 _LONGEST_REASON = 123
@@ -37,7 +37,7 @@ class MissingViewer(CprError):
     code = "NOT_READY"
 
 
-def open_server(label: str, host: str = LOCAL, port: int = 8080) -> viser.ViserServer:
+def open_server(label: str, host: str = _LOCAL, port: int = 8080) -> viser.ViserServer:
     """Start a server.
 
     Args:
@@ -83,7 +83,7 @@ def close_server(server: viser.ViserServer) -> None:
 def address_of(server: viser.ViserServer) -> str:
     """Where to look at the page."""
     host = server.get_host()
-    return f"http://{LOCAL if host in ('0.0.0.0', '') else host}:{server.get_port()}"
+    return f"http://{_LOCAL if host in ('0.0.0.0', '') else host}:{server.get_port()}"
 
 
 def origin_problem(
