@@ -145,6 +145,8 @@ class Path:
         self.looks_closely = singularities and target.problem != "pose"
         self._stability = stability and target.problem == "pose"
         self._limits_return = may_be_kept_again(robot, target.problem)
+        square = bool(robot.description.controlled) and not robot.redundancy
+        self._inverse = square and (target.problem == "pose" or self.looks_closely)
         self._loads_change = loads is not start.loads
         self._last_loads = robot.load_arrays(loads) if self._loads_change else start.load_arrays
         self.conservative = loads.conservative(robot.planar) and (
@@ -367,8 +369,7 @@ class Path:
             return tuple(values)
         if self._stability:
             values.append(equilibrium.margin)
-        inverse = self._target.problem == "pose" or self.looks_closely
-        if inverse and inverse_sign and not self._robot.redundancy:
+        if self._inverse:
             values.append(inverse_sign * smallest_singular_value(equilibrium, True, None))
         return tuple(values)
 
