@@ -252,8 +252,8 @@ class CprNode(LifecycleNode):
         steps = warm_up(session, frames)
         while compiled := self._stop.wait_for(lambda: next(steps, "")):
             logger.info(f"compiled {compiled} after {time.monotonic() - begin:.1f} s")
-        here, tracked = session.solver.current, session.tracking is not None
-        for line in below_warnings(here, live.settings.thresholds, tracked=tracked):
+        start, tracked = session.solver.current, session.tracking is not None
+        for line in below_warnings(start, live.settings.thresholds, tracked=tracked):
             logger.warning(line)
         self._be_with(session)
         self._listen()

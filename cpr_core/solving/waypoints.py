@@ -188,9 +188,8 @@ def _far_rows(
         watched = singularities or may_be_kept_again(robot, problem)
     if not watched:
         return np.array([count])
-    targets = [target_of(start, problem, row) for row in rows]
-    given = np.concatenate([target.given(start) for target in targets])
     if problem == "pose":
+        given = np.concatenate([target_of(start, problem, row).given(start) for row in rows])
         own = start.platform_rotation.ravel(), start.platform_position
         turns = np.concatenate([own[0][None], given[:, :9]])
         cosines = 0.5 * (np.sum(turns[1:] * turns[:-1], axis=1) - 1.0)
@@ -198,10 +197,10 @@ def _far_rows(
         moved = np.diff(given[:, 9:12], axis=0, prepend=own[1][None])
         ways = np.maximum(np.abs(moved).max(axis=1) / robot.mean_length, angles)
     elif problem == "motors":
-        moved = np.diff(given, axis=0, prepend=start.motors[None])
+        moved = np.diff(rows, axis=0, prepend=start.motors[None])
         ways = np.abs(moved / robot.motor_units).max(axis=1, initial=0.0)
     else:
-        moved = np.diff(given, axis=0, prepend=start.efforts[None]) * robot.motor_units
+        moved = np.diff(rows, axis=0, prepend=start.efforts[None]) * robot.motor_units
         ways = np.abs(moved).max(axis=1, initial=0.0) / (EFFORT_UNIT * robot.arrays.energy_unit)
     alone = _STABLE_ALONE if problem == "pose" and stable_only else ALONE
     return np.append(np.flatnonzero(ways > alone * LONGEST_STEP), count)
