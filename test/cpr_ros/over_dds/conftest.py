@@ -1,15 +1,17 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Fixtures: one node of a robot for a test module, and a client in its domain."""
+"""Fixtures: one node of a robot for a test module, and a client in its domain; or one for a test."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from helpers.driver import Driver
 from helpers.node_process import TIME_LIMIT, Running, running_node
+from helpers.robot_bench import RobotBench
 
 
 def _run(tmp_path_factory: pytest.TempPathFactory, robot: str) -> Iterator[Running]:
@@ -49,3 +51,11 @@ def drive(rfrfr: Running) -> Iterator[Driver]:
         yield driver
     finally:
         driver.close()
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[RobotBench]:
+    """A robot whose node the test starts and ends."""
+    made = RobotBench(tmp_path)
+    yield made
+    made.close()

@@ -23,7 +23,7 @@ from std_srvs.srv import SetBool
 
 from cpr_ros.interface.outputs import promised
 
-pytestmark = pytest.mark.waits(seconds=45)
+pytestmark = pytest.mark.waits(seconds=60)
 
 
 def test_the_supervisor_sends_a_halted_robot_home(rfrfr, drive):

@@ -29,6 +29,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 import cpr_core
 
+pytestmark = pytest.mark.waits(seconds=55)
+
 HOME = [2.59, 0.55]
 NAMES = ["motor1", "motor2"]
 

@@ -20,7 +20,7 @@ from cpr_core import solve_home
 from cpr_core.workspace import map_workspace, motor_grid, pose_grid, summary_of
 from cpr_core.workspace.store import read_map
 
-pytestmark = pytest.mark.waits(seconds=40)
+pytestmark = pytest.mark.waits(seconds=55)
 
 Goal = MapWorkspace.Goal
 

@@ -24,7 +24,7 @@ import cpr_core
 from cpr_core import solve_home
 from cpr_core.description.description_file import shipped_robots
 
-pytestmark = pytest.mark.waits(seconds=30)
+pytestmark = pytest.mark.waits(seconds=50)
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

@@ -30,7 +30,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
-pytestmark = pytest.mark.waits(seconds=45)
+pytestmark = pytest.mark.waits(seconds=60)
 
 
 def with_efforts(message):
