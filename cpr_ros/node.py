@@ -34,6 +34,7 @@ from .middleware.publishers import other_publishers
 from .middleware.waiting_requests import WaitingRequests
 from .operation.announcements import Announcements
 from .operation.between_ticks import BetweenTicks
+from .operation.live_changes import apply_live
 from .operation.session import Session
 from .operation.starting_place import HELD
 from .process.giving_way import GivingWay
@@ -142,7 +143,7 @@ class CprNode(LifecycleNode):
     def _be_with(self, session: Session | None) -> None:
         """Have this robot, or none."""
         self._session = session
-        looking = () if session is None else (BetweenTicks(session, self._ticking),)
+        looking = () if session is None else (BetweenTicks(session, lambda: self._ticking.resting),)
         self._parts = Parts(
             (
                 self._ticking,
@@ -289,7 +290,7 @@ class CprNode(LifecycleNode):
     def _deactivate(self) -> None:
         if self.interfaces is not None and self._session is not None:
             self.interfaces.stop_motions(self._session)
-            if self._active and self._session.hold_commands():
+            if self._active and self._session.orders.hold_commands():
                 self.get_logger().warning(f"commands were on their way: {HELD}, once active again")
         self._active = False
         self._ticking.stop()
@@ -345,17 +346,7 @@ class CprNode(LifecycleNode):
 
     def _tick(self, now: float) -> None:
         session = self._required_session()
-        ahead = session.command_ahead(now)
-        if ahead is not None:
-            self._command(ahead, _GIVING_WAY_AFTER_PAUSE)
-        outcome = session.move(now)
-        command = session.next_command(now)
-        if self._whereabouts is not None:
-            self._whereabouts.keep()  # before anybody hears of it, but for a first step
-        if command is not None:
-            self._command(command, _GIVING_WAY)
-        # The motors are on their way; nobody waits for the rest.
-        session.take_note(now)
+        outcome = session.tick(now, self._command, self._keep)
         self._announce(*self._announcements.after_tick(outcome, now))
         if outcome.moved:
             self.outputs.step(session, now)
@@ -369,10 +360,15 @@ class CprNode(LifecycleNode):
         if self.interfaces is not None:
             self.interfaces.after_tick(session, now)
 
-    def _command(self, motors: NDArray[np.float64], giving_way: float) -> None:
-        """Send the motors, (n,), on their way; a controller on this computer has that time [s]."""
+    def _command(self, motors: NDArray[np.float64], ahead: bool) -> None:
+        """Send the motors, (n,), on their way, and give way to a controller on this computer."""
         self.outputs.motor_commands(motors)
-        self._giving_way.sleep(giving_way)
+        self._giving_way.sleep(_GIVING_WAY_AFTER_PAUSE if ahead else _GIVING_WAY)
+
+    def _keep(self) -> None:
+        """Remember where the robot is."""
+        if self._whereabouts is not None:
+            self._whereabouts.keep()
 
     def _announce(self, warning: str, information: str) -> None:
         if warning:
@@ -413,7 +409,7 @@ class CprNode(LifecycleNode):
         problem = live_problem(live, names)
         if problem:
             return SetParametersResult(successful=False, reason=problem)
-        if self._session is not None and self._session.apply(live, time.monotonic()):
+        if self._session is not None and apply_live(self._session, live, time.monotonic()):
             self.get_logger().info("parameters changed: the setpoint is forgotten")
         if self.interfaces is not None:
             self.interfaces.apply(live)

@@ -43,7 +43,7 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
         yield "inverse problem"
     fill_equilibrium(EquilibriumMessage(), home, frames, Time(), 0.0, eigenvalues=True)
     StabilityStream().message(
-        Moment(session.outcome, 0.0, (0, 0)),
+        Moment(session.present.outcome, 0.0, (0, 0)),
         session.follower.settings.thresholds,
         frames,
         setpoint_age=-1.0,

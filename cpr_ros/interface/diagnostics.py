@@ -79,7 +79,8 @@ def diagnostic_array(
 
 def _stability_status(name: str, session: Session, unseen: str) -> DiagnosticStatus:
     """What the robot is in."""
-    outcome, told = session.outcome, seen(session.outcome.verdict, unseen)
+    outcome = session.present.outcome
+    told = seen(outcome.verdict, unseen)
     crossed = crossed_thresholds(session.follower.settings.thresholds)
     level = _LEVELS[told.action]
     equilibrium = outcome.assessment.equilibrium

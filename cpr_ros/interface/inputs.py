@@ -159,13 +159,13 @@ class Inputs:
         robot, current = session.robot, session.solver.current.equilibrium.motors
         if len(message.name) == robot.motor_count:  # all of them, or names that are refused
             motors = motor_setpoint(robot, message, current)
-            session.follow(MotorSetpoint(robot, motors, np.full(len(motors), now)), now)
+            session.orders.follow(MotorSetpoint(robot, motors, np.full(len(motors), now)), now)
             return
         others = session.follower.other_motors(current, now)
         motors = motor_setpoint(robot, message, others.positions)
         since = others.since.copy()
         since[[robot.motor_names.index(name) for name in message.name]] = now
-        session.follow(MotorSetpoint(robot, motors, since), now)
+        session.orders.follow(MotorSetpoint(robot, motors, since), now)
         if left := [name for name in others.left if name not in message.name]:
             self._node.get_logger().warning(
                 f"~/motor_setpoint: {', '.join(left)} stays where it is: its own setpoint is older "
@@ -177,17 +177,19 @@ class Inputs:
         if count not in self._ready:
             self._ready[count] = CommandMessage(count)
         motors = self._ready[count].numbers(message)
-        session.follow(MotorSetpoint(session.robot, motors, np.full(count, now), "data"), now)
+        session.orders.follow(
+            MotorSetpoint(session.robot, motors, np.full(count, now), "data"), now
+        )
 
     def _platform_setpoint(self, session: Session, message: bytes, now: float) -> None:
         frame, numbers = read_pose(message)
         check_pose_frame(frame, self._frames)
         pose = controlled_pose(session.robot, numbers)
-        session.follow(PoseGoal(session.robot, pose), now)
+        session.orders.follow(PoseGoal(session.robot, pose), now)
 
     def _joint_trajectory(self, session: Session, message: JointTrajectory, now: float) -> None:
         order = trajectory_order(session.robot, message, self._node.get_clock().now().to_msg())
-        session.follow_trajectory(order, now, self._trajectory_ended)
+        session.orders.follow_trajectory(order, now, self._trajectory_ended)
 
     def _trajectory_ended(self, ending: Ending) -> None:
         logger = self._node.get_logger()
@@ -247,4 +249,4 @@ class Inputs:
             session.felt.take_pose(whole_pose(message), measured_at)
 
     def _platform_twist(self, session: Session, message: TwistStamped, now: float) -> None:
-        session.jog(platform_twist(session.robot, message, self._frames), now)
+        session.orders.jog(platform_twist(session.robot, message, self._frames), now)

@@ -111,7 +111,7 @@ class MoveAction(LongAction):
         motion = self._motion
         if motion is None:
             return
-        outcome, before = session.outcome, motion.motors.last
+        outcome, before = session.present.outcome, motion.motors.last
         elsewhere = motion.motors.look(
             session.commands.newest,
             session.measured.newest(now),
@@ -139,7 +139,7 @@ class MoveAction(LongAction):
             if motion.motors.waited(now) >= longest:
                 missed = f"the motors were not measured where they were sent for {longest:g} s"
                 text = f"{missed}: {elsewhere.why}"
-                session.drop(text)
+                session.orders.drop(text)
                 error = RequestError(ErrorCode.CONTROL_FAILED, text)
                 self._end(motion, error, elsewhere.way)
                 return
@@ -148,7 +148,7 @@ class MoveAction(LongAction):
             self._held_up, self._held_up_since = held_up, now
         if held_up and now - self._held_up_since >= motion.patience:
             text = f"{held_up} for {motion.patience:g} s: {why}"
-            session.drop(text)
+            session.orders.drop(text)
             self._end(motion, RequestError(ErrorCode.CONTROL_FAILED, text))
             return
         if now - self._told >= 1.0 / _FEEDBACK_RATE:
@@ -167,8 +167,8 @@ class MoveAction(LongAction):
             raise InvalidRequest("patience", f"expected a time of at least 0 s, got {patience}")
         goal = goal_of(session, handle.request, self._frames)
         measured = measured_arrival(handle.request, session.loop.coordinates)
-        session.follow(goal, time.monotonic(), ages=False)
-        session.admission.await_end(goal)
+        session.orders.follow(goal, time.monotonic(), ages=False)
+        session.orders.await_end(goal)
         motors = MotorArrival(session.robot)
         replaced, self._motion = self._motion, _Motion(handle, goal, patience, measured, motors)
         self._held_up, self._told = "", -math.inf
@@ -185,7 +185,7 @@ class MoveAction(LongAction):
             return False
         # The next tick finds another goal than this one's: none.
         if session is not None and session.follower.goal is motion.goal:
-            session.drop()
+            session.orders.drop()
         return True
 
     @staticmethod
@@ -196,7 +196,7 @@ class MoveAction(LongAction):
         motion.handle.publish_feedback(
             MoveTo.Feedback(
                 remaining=remaining,
-                margin=session.outcome.assessment.margin,
+                margin=session.present.outcome.assessment.margin,
                 action=int(told.action),
                 speed_scale=told.speed_scale,
                 status_text=told.text,
@@ -209,7 +209,7 @@ class MoveAction(LongAction):
         """Bring the goal on its way to its end; ``way`` is what measured motors have left of it."""
         self._motion, session = None, self._session()
         if session is not None:
-            session.admission.answered(motion.goal)
+            session.orders.answered(motion.goal)
         self._answer(motion.handle, motion.goal, error, way)
 
     def _answer(
@@ -260,7 +260,7 @@ def _hindrance(motion: _Motion, outcome: Outcome, measured: LoopStatus | None) -
 def _ended_by(session: Session, elsewhere: Elsewhere) -> tuple[RequestError, float]:
     """What ended a goal before it was reached, and what measured motors have left of the way."""
     text = session.follower.dropped
-    if session.follower.goal is None and text and text == session.left_behind:
+    if session.follower.goal is None and text and text == session.orders.left_behind:
         text = f"{text}; {elsewhere.why}" if elsewhere.why else text
         return RequestError(ErrorCode.CONTROL_FAILED, text), elsewhere.way
     return RequestError(ErrorCode.PREEMPTED, _replaced_by(session)), 0.0

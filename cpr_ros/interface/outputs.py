@@ -184,7 +184,7 @@ class Outputs:
 
     def _state_of(self, session: Session) -> tuple[RepeatedMessage, RepeatedMessage]:
         """Messages of the state; at rest those of before."""
-        about = session.solver.current.equilibrium, session.velocity
+        about = session.solver.current.equilibrium, session.present.velocity
         if self._about is None or not (self._about[0] is about[0] and self._about[1] is about[1]):
             frames, stamp = self._transforms.frames, Time()
             self._about = about
@@ -201,7 +201,7 @@ class Outputs:
 
     def _repeat_commands(self, session: Session, now: float) -> None:
         """For a controller that came later."""
-        command = session.repeated_command(now)
+        command = session.outgoing.repeated(now)
         if command is not None:
             self.motor_commands(command)
 
@@ -211,13 +211,13 @@ class Outputs:
         If the action has changed meanwhile, the next message follows at once.
         """
         moment = yield from self._say_stability(session)
-        while session.outcome.verdict.action != moment.outcome.verdict.action:
+        while session.present.outcome.verdict.action != moment.outcome.verdict.action:
             yield
             moment = yield from self._say_stability(session)
 
     def _say_stability(self, session: Session) -> Generator[None, None, Moment]:
         moment = yield from self._measures.measure(
-            lambda: Moment(session.outcome, time.monotonic(), self._now())
+            lambda: Moment(session.present.outcome, time.monotonic(), self._now())
         )
         now = time.monotonic()
         message = self._measures.message(
@@ -278,7 +278,7 @@ class Outputs:
 
     def _tell_markers(self, session: Session, now: float) -> Work:
         """Legs for rviz."""
-        outcome, stamp, by = session.outcome, self._stamp(), self._parameters.marker_color
+        outcome, stamp, by = session.present.outcome, self._stamp(), self._parameters.marker_color
         lines = marked_lines(outcome)
         yield
         frames = self._transforms.frames

@@ -124,10 +124,10 @@ def _about(
 
 
 def _pause(session: Session, request: SetBool.Request, response: SetBool.Response) -> None:
-    response.message = session.pause(request.data)
+    response.message = session.orders.pause(request.data)
     response.success = True
 
 
 def _reset(session: Session, _request: Trigger.Request, response: Trigger.Response) -> None:
-    response.message = session.reset()
+    response.message = session.orders.reset()
     response.success = True

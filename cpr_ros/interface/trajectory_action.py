@@ -55,7 +55,7 @@ class _FollowTrajectoryDialect:
             desired=desired,
             actual=actual,
             error=error,
-            margin=session.outcome.assessment.margin,
+            margin=session.present.outcome.assessment.margin,
             action=int(session.told(time.monotonic()).action),
         )
 
@@ -99,7 +99,7 @@ class TrajectoryAction(LongAction):
         order = trajectory_order(
             session.robot, goal.trajectory, now, *self._dialect.tolerances(goal)
         )
-        motion = session.follow_trajectory(order, time.monotonic(), told)
+        motion = session.orders.follow_trajectory(order, time.monotonic(), told)
         if motion is not None and not ended:
             self._motions[_key(handle)] = handle, motion
             self._report(True)
@@ -142,7 +142,7 @@ class TrajectoryAction(LongAction):
         if measured is None:
             motors, velocity = (
                 session.solver.current.equilibrium.motors[order],
-                session.velocity[order],
+                session.present.velocity[order],
             )
             reached = goal.time
         else:

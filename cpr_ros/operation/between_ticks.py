@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
-from ..process.ticking import Ticking
 from .session import Session
 
 __all__ = ["BetweenTicks"]
@@ -20,17 +20,22 @@ class BetweenTicks:
         due: Steady time of the next look [s]; infinite while there is nothing to look at.
     """
 
-    def __init__(self, session: Session, ticking: Ticking) -> None:
+    def __init__(self, session: Session, resting: Callable[[], bool]) -> None:
         """Look at nothing yet.
 
         Args:
             session: The robot, also while the node is not active.
-            ticking: Whether the robot rests.
+            resting: Whether the node is active and the robot rests.
         """
-        self._session, self._ticking, self.due = session, ticking, math.inf
+        self._session, self._resting, self.due = session, resting, math.inf
 
     def look(self, now: float) -> None:
         """Look at a steady time [s]; to be asked whenever something may have come."""
         session = self._session
-        session.look_around(now, self._ticking.resting)
+        session.others.look(now)
+        session.orders.end_if_moved_by_others()
+        if self._resting() and session.tracking is None and not session.follower.paused:
+            session.first_step.look(session.solver.current, now)
+        else:
+            session.first_step.wait()
         self.due = min(session.others.due, session.first_step.due)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, NotReached, solve_forward, solve_home
@@ -21,6 +22,7 @@ from .session import Session
 
 __all__ = [
     "HELD",
+    "begin_at",
     "begin_at_commands",
     "begin_at_home",
     "begin_at_last",
@@ -38,6 +40,25 @@ _NEAR = 0.1
 _LONGEST_WALK = 10.0
 
 
+def begin_at(
+    session: Session, equilibrium: Equilibrium, motors: Floats | None, solve_time: float
+) -> None:
+    """Be at an equilibrium, at rest: what was to lead elsewhere, or is thought reached, ends.
+
+    Args:
+        session: The robot in operation.
+        equilibrium: Where it is.
+        motors: Where its motors are known to be, (n,); None: unknown, commands begin there.
+        solve_time: Time it took to find it [s].
+    """
+    session.orders.end(ErrorCode.PREEMPTED, "the robot was found to be elsewhere")
+    place = Assessment(equilibrium, session.solver.current.characteristic_length, solve_time)
+    session.solver.current = place
+    session.commands.place(motors, said=not session.others.away)
+    session.others.begin()
+    session.present.begin(place)
+
+
 def begin_at_home(session: Session, motors: Floats | None, *, measured: bool = False) -> str:
     """Begin at home; commands go there at max_speed from where the motors are. Says what was done.
 
@@ -47,7 +68,7 @@ def begin_at_home(session: Session, motors: Floats | None, *, measured: bool = F
         measured: Whether they are measured there, or were sent there last.
     """
     home = solve_home(session.robot)
-    session.begin_at(home, motors, session.solver.current.solve_time)
+    begin_at(session, home, motors, session.solver.current.solve_time)
     if motors is None:
         return "nothing is known of where the robot is: the first motion begins at home"
     if session.commands.aligned_with(home.motors):
@@ -79,11 +100,11 @@ def begin_on_way_home(
         last: The equilibrium they were sent to; None: unknown, it is on the branch of home.
     """
     said = begin_at_home(session, motors, measured=measured)
-    if motors is None or session.admission.aligned:
+    if motors is None or session.outgoing.aligned:
         return said
     hindrance = _hindrance_on_way_home(session, motors, last)
     if hindrance:
-        session.hold_commands()
+        session.orders.hold_commands()
         return f"{said}, not yet: {hindrance}; {HELD}"
     return f"{said}; {HELD}" if session.follower.paused else said
 
@@ -121,9 +142,9 @@ def begin_at_last(session: Session, last: LastState) -> str:
         ) from None
     if found.index_locked > 0:
         raise CprError("the robot cannot rest at its last equilibrium, which is unstable")
-    session.begin_at(found, last.commands, time.perf_counter() - begin)
+    begin_at(session, found, last.commands, time.perf_counter() - begin)
     said = f"where it was last, motors {_words(found.motors)}"
-    if session.hold_commands():
+    if session.orders.hold_commands():
         said += f"; commands were on their way there from {_words(last.commands)}: {HELD}"
     return said
 
@@ -151,7 +172,7 @@ def begin_at_measured(session: Session, measured: Floats) -> str:
         raise CprError(
             f"the robot is measured at motors {_words(measured)}, where {branch} does not lead: {error}"
         ) from None
-    session.begin_at(found, measured, time.perf_counter() - begin)
+    begin_at(session, found, measured, time.perf_counter() - begin)
     said = f"where it is measured, motors {_words(measured)}"
     if not session.wrench.acts and current.loads.differences(found.loads):
         said += ", without the wrench of the solution that was applied"
@@ -174,7 +195,7 @@ def begin_at_commands(session: Session, commands: Floats) -> str:
             f"the last commands, under another description, were {_words(commands)}, "
             f"where the branch of home does not lead: {error}"
         ) from None
-    session.begin_at(found, commands, time.perf_counter() - begin)
+    begin_at(session, found, commands, time.perf_counter() - begin)
     return (
         f"where the last commands were, {_words(commands)}, on the branch of home: "
         "the description is another one"

@@ -15,6 +15,7 @@ from cpr_ros.closed_loop.pose_loop import LoopStatus
 from cpr_ros.following.goals import PoseGoal, motor_steps
 from cpr_ros.messages.conversions import Frames
 from cpr_ros.operation.session import Session
+from cpr_ros.operation.starting_place import begin_at
 from cpr_ros.settings.node_settings import LiveParameters, Parameters, live_parameters
 from cpr_ros.settings.parameter_table import PARAMETERS
 from helpers.drive import THRESHOLDS, robot
@@ -39,7 +40,7 @@ class ClosedLoop:
         self.robot = robot(name)
         fixed = Parameters(**FIXED | {"tick_rate": 1.0 / PERIOD, "characteristic_length": None})
         self.session = Session(self.robot, FRAMES, fixed, live(**parameters))
-        self.session.begin_at(self.model, self.model.motors, 0.0)
+        begin_at(self.session, self.model, self.model.motors, 0.0)
         self.real = SoftRobot(name, payload)
         self.now, self.longest_step, self.states = 100.0, 0.0, []
         # The camera: time between pictures, their delay, whether it tells it, what it makes of a pose.
@@ -61,18 +62,19 @@ class ClosedLoop:
         return space.size(space.way(self.real.equilibrium.pose, np.asarray(pose, float)))
 
     def follow(self, pose) -> None:
-        self.session.follow(PoseGoal(self.robot, pose), self.now)
+        self.session.orders.follow(PoseGoal(self.robot, pose), self.now)
 
     def tick(self) -> None:
         self.now += PERIOD
         self._measure()
-        self.states.append(self.session.tick(self.now).state)
-        before, command = self.session.commands.newest.copy(), self.session.next_command(self.now)
-        if command is not None:
-            speed = self.session.follower.settings.max_speed
+        before, speed = self.session.commands.newest, self.session.follower.settings.max_speed
+
+        def send(command, ahead):
             step = np.abs(command - before) / motor_steps(self.robot, speed, PERIOD)
             self.longest_step = max(self.longest_step, float(step.max()))
             self.real.move_to(command)
+
+        self.states.append(self.session.tick(self.now, send).state)
         current = self.session.solver.current
         for name in ("margin", "motor_range", "effort_reserve"):
             threshold: Threshold = THRESHOLDS[name]

@@ -11,18 +11,18 @@ import time
 from pathlib import Path
 
 from cpr_ros.following.first_step import FirstStep
+from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.node import CprNode
 from cpr_ros.node_run import run
-from cpr_ros.operation.session import Session
 
 _HELD_UP, _LOOKED = (Path(os.environ["ROS_HOME"], name) for name in ("held_up", "looked_around"))
-_move, _wait, _look = Session.move, FirstStep.wait, FirstStep.look
+_tick, _wait, _look = SetpointFollower.tick, FirstStep.wait, FirstStep.look
 
 
-def move(session, now):
+def tick(follower, *arguments):
     while _HELD_UP.exists():
         time.sleep(0.001)
-    return _move(session, now)
+    return _tick(follower, *arguments)
 
 
 def wait(first_step):
@@ -37,5 +37,5 @@ def look(first_step, current, now):
 
 
 if __name__ == "__main__":
-    Session.move, FirstStep.wait, FirstStep.look = move, wait, look
+    SetpointFollower.tick, FirstStep.wait, FirstStep.look = tick, wait, look
     run(CprNode)

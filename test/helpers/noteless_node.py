@@ -4,17 +4,17 @@
 """A cpr_node in which all that a tick has to do besides its motor command fails."""
 
 from cpr_ros import node
+from cpr_ros.closed_loop.pose_loop import PoseLoop
 from cpr_ros.interface.outputs import Outputs
 from cpr_ros.node_run import run
 from cpr_ros.operation.announcements import Announcements
-from cpr_ros.operation.session import Session
 
 
 def fail(*_arguments, **_options):
     raise ArithmeticError("forced by a test")
 
 
-Session.take_note = fail
+PoseLoop.note = fail
 Announcements.after_tick = fail
 Outputs.step = fail
 # A command that was late would be said after all.

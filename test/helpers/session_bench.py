@@ -13,7 +13,9 @@ from sensor_msgs.msg import JointState
 
 from cpr_ros.following.trajectory_order import TrajectoryOrder
 from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.operation.between_ticks import BetweenTicks
 from cpr_ros.operation.session import Session
+from cpr_ros.operation.starting_place import begin_at
 from cpr_ros.settings.node_settings import Parameters, live_parameters
 from cpr_ros.settings.parameter_table import PARAMETERS
 from helpers.drive import PERIOD, SETTINGS, robot
@@ -29,14 +31,21 @@ LIVE = replace(
 )
 
 
+def ticked(session, now):
+    """A tick of a session: what it led to, and the last command that left in it; None: none did."""
+    commands = []
+    outcome = session.tick(now, lambda command, ahead: commands.append(command))
+    return outcome, commands[-1] if commands else None
+
+
 class Bench:
-    """A session, its clock, and the commands it gives."""
+    """A session, its clock, and the commands it gives; those that left before they were solved."""
 
     def __init__(self, **parameters):
         self.session = Session(
             robot("rfrfr"), Frames("base", "platform"), Parameters(**FIXED | parameters), LIVE
         )
-        self.now, self.commands = 0.0, []
+        self.now, self.commands, self.ahead = 0.0, [], []
 
     def push(self, *force):
         loads = self.session.solver.current.equilibrium.loads
@@ -44,10 +53,26 @@ class Bench:
 
     def tick(self):
         self.now += PERIOD
-        outcome = self.session.tick(self.now)
-        command = self.session.next_command(self.now)
-        self.commands += [] if command is None else [command]
-        return outcome
+        return self.session.tick(self.now, self._send)
+
+    def _send(self, command, ahead):
+        self.commands.append(command)
+        self.ahead += [command] if ahead else []
+
+    def look(self, now, resting):
+        """What the node does between ticks; when it is to be done again."""
+        between = BetweenTicks(self.session, lambda: resting)
+        between.look(now)
+        return between.due
+
+    def rest(self, seconds=0.2):
+        """Tick where ticks change anything, and look around between them."""
+        end = self.now + seconds
+        while self.now < end:
+            self.now += PERIOD
+            if not self.session.at_rest:
+                self.session.tick(self.now, self._send)
+            self.look(self.now, self.session.at_rest)
 
 
 def still(session, motors, now, seconds=0.5, told=lambda ending: None):
@@ -55,7 +80,7 @@ def still(session, motors, now, seconds=0.5, told=lambda ending: None):
     nothing = np.full(2, np.inf)
     times, points = np.array([0.0, seconds]), np.array([motors, motors])
     order = TrajectoryOrder(times, points, None, None, None, nothing, nothing, np.inf)
-    return session.follow_trajectory(order, now, told)
+    return session.orders.follow_trajectory(order, now, told)
 
 
 def stop(session, now):
@@ -64,7 +89,7 @@ def stop(session, now):
     order = TrajectoryOrder(
         np.empty(0), np.empty((0, 2)), None, None, None, nothing, nothing, np.inf
     )
-    session.follow_trajectory(order, now, endings.append)
+    session.orders.follow_trajectory(order, now, endings.append)
     return [ending.val for ending in endings]
 
 
@@ -81,7 +106,7 @@ def apply(session, *motors, start=None):
 
 def commanded(session, motors):
     """Of which it is known where its motors are."""
-    session.begin_at(session.solver.current.equilibrium, motors, 0.0)
+    begin_at(session, session.solver.current.equilibrium, motors, 0.0)
 
 
 def measured_for(bench, motors, seconds=1.0):
@@ -101,37 +126,8 @@ def waiting(bench, seconds, way=0.0):
     any_error, points = np.full(2, np.inf), np.array([home.motors, home.motors + way])
     times = np.array([0.0, 0.5])
     order = TrajectoryOrder(times, points, None, None, seconds, any_error, any_error, np.inf)
-    session.follow_trajectory(order, bench.now, endings.append)
+    session.orders.follow_trajectory(order, bench.now, endings.append)
     return endings
-
-
-class NodeBench(Bench):
-    """As the node does it: what is judged already is commanded before it is solved."""
-
-    def __init__(self, **parameters):
-        super().__init__(**parameters)
-        self.ahead = []
-
-    def rest(self, seconds=0.2):
-        end = self.now + seconds
-        while self.now < end:
-            self.now += PERIOD
-            if not self.session.at_rest:
-                self.do_tick()
-            self.session.look_around(self.now, self.session.at_rest)
-
-    def tick(self):
-        self.now += PERIOD
-        return self.do_tick()
-
-    def do_tick(self):
-        ahead = self.session.command_ahead(self.now)
-        self.ahead += [] if ahead is None else [ahead]
-        outcome = self.session.move(self.now)
-        command = self.session.next_command(self.now)
-        self.commands += [each for each in (ahead, command) if each is not None]
-        self.session.take_note(self.now)
-        return outcome
 
 
 def timed(points, start_in):

@@ -21,6 +21,7 @@ from cpr_ros.following.goals import PoseGoal
 from cpr_ros.following.supervision import State
 from cpr_ros.messages.conversions import Frames
 from cpr_ros.messages.platform_messages import platform_twist
+from cpr_ros.operation.live_changes import apply_live
 
 SLACK = 1.0 + 2e-5
 
@@ -35,7 +36,7 @@ class Jog(ClosedLoop):
     def jog(self, twist, seconds):
         for tick in range(round(seconds / PERIOD)):
             if tick % 5 == 0:
-                self.session.jog(twist, self.now)
+                self.session.orders.jog(twist, self.now)
             self.tick()
 
 
@@ -88,7 +89,7 @@ def test_the_orientation_turns_about_the_axis_of_the_twist():
 
 
 def test_jogging_into_a_halt_and_back_out(planar):
-    planar.session.apply(live(max_speed=4.0), planar.now)
+    apply_live(planar.session, live(max_speed=4.0), planar.now)
     planar.follow([0.0, 0.2])
     planar.run(1.0)
     planar.jog(twisted(linear=(0.0, -0.2, 0.0)), 1.5)
@@ -136,12 +137,12 @@ def test_a_twist_that_is_too_fast_goes_straight_at_the_speed_of_the_motors(plana
 
 def test_the_newest_motion_wins_and_a_twist_of_zero_is_none(planar):
     goal = PoseGoal(planar.robot, [0.0, 0.75])
-    planar.session.follow(goal, planar.now)
+    planar.session.orders.follow(goal, planar.now)
     planar.jog(twisted(), 0.05)
     assert planar.session.follower.goal is goal
     planar.jog(twisted(linear=(0.1, 0.0, 0.0)), 0.1)
     assert isinstance(planar.session.follower.goal, JogGoal)
-    planar.session.follow(goal, planar.now)
+    planar.session.orders.follow(goal, planar.now)
     planar.run(1.0)
     assert planar.session.follower.goal is goal
     np.testing.assert_allclose(planar.model.pose, [0.0, 0.75], rtol=0.0, atol=1e-8)
@@ -149,19 +150,19 @@ def test_the_newest_motion_wins_and_a_twist_of_zero_is_none(planar):
 
 @pytest.mark.parametrize("timeout", [0.1, 1.0])
 def test_another_timeout_of_twists_holds_at_once(planar, timeout):
-    planar.session.apply(live(twist_timeout=timeout), planar.now)
+    apply_live(planar.session, live(twist_timeout=timeout), planar.now)
     first = planar.model.pose
-    planar.session.jog(twisted(linear=(0.05, 0.0, 0.0)), planar.now)
+    planar.session.orders.jog(twisted(linear=(0.05, 0.0, 0.0)), planar.now)
     planar.run(1.5)
     way = planar.model.pose - first
     np.testing.assert_allclose(way, [0.05 * timeout, 0.0], atol=0.05 * 1.01 * PERIOD)
 
 
 def test_a_paused_node_takes_no_twist(planar):
-    planar.session.pause(True)
+    planar.session.orders.pause(True)
     with pytest.raises(RequestError, match="paused"):
-        planar.session.jog(twisted(linear=(0.1, 0.0, 0.0)), planar.now)
-    planar.session.pause(False)
+        planar.session.orders.jog(twisted(linear=(0.1, 0.0, 0.0)), planar.now)
+    planar.session.orders.pause(False)
     planar.run(0.1)
     assert planar.states[-1] == State.IDLE
 

@@ -16,6 +16,7 @@ from cpr_ros.closed_loop.pose_loop import Loop, PoseLoop
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.motor_commands import MotorCommands
 from cpr_ros.following.supervision import State
+from cpr_ros.operation.live_changes import apply_live
 
 TARGET = np.array([0.05, 0.75])
 SLACK = 1.0 + 2e-5
@@ -240,7 +241,7 @@ def test_an_outlier_is_not_followed(bench):
 def test_nothing_is_corrected_while_the_pose_jumps(bench):
     """In the middle of a correction, also before it is told to be frozen."""
     bench.run(1.0)
-    bench.session.apply(live(loop_max_rate=0.002), bench.now)
+    apply_live(bench.session, live(loop_max_rate=0.002), bench.now)
     bench.seen = lambda pose: pose + [0.004, 0.0]
     loop = bench.session.loop
     for _ in range(4):
@@ -264,7 +265,7 @@ def test_nothing_is_corrected_while_the_pose_jumps(bench):
 def test_outliers_of_a_slow_camera_freeze_and_are_told_by_how_many_they_are(bench):
     """Where a pose of before is too old to tell which one is wrong."""
     bench.every, bench._next = 0.6, bench.now
-    bench.session.apply(live(measured_pose_timeout=2.0), bench.now)
+    apply_live(bench.session, live(measured_pose_timeout=2.0), bench.now)
     bench.follow(TARGET)
     bench.run(2.4)
     bench.seen = outliers(4, in_a_row=2)
@@ -395,23 +396,23 @@ def test_the_correction_stays_for_the_next_setpoint_and_ends_with_a_return(bench
     bench.run(1.0)
     np.testing.assert_array_equal(bench.session.loop.correction, correction)
     assert bench.error(TARGET + [0.01, 0.01]) < 5e-3  # 0.04 without
-    bench.session.follow(MotorGoal(bench.robot, [2.6, 0.5]), bench.now)
+    bench.session.orders.follow(MotorGoal(bench.robot, [2.6, 0.5]), bench.now)
     bench.run(0.5)
     assert bench.status.loop == Loop.OPEN
     np.testing.assert_array_equal(bench.model.motors, [2.6, 0.5])
-    bench.session.reset()
+    bench.session.orders.reset()
     np.testing.assert_array_equal(bench.session.loop.correction, 0.0)
 
 
 def test_a_gain_of_zero_holds_what_there_is(bench):
-    bench.session.apply(live(loop_gain=0.0), bench.now)
+    apply_live(bench.session, live(loop_gain=0.0), bench.now)
     frozen(bench, 0.5, "loop_gain is 0")
 
 
 @pytest.mark.parametrize("seen", [True, False])
 def test_a_rate_that_was_zero_sets_nothing_in_motion(bench, seen):
     """What was wound up meanwhile was let go: the motors set off by themselves."""
-    bench.session.apply(live(loop_gain=4.0, loop_max_rate=0.0), bench.now)
+    apply_live(bench.session, live(loop_gain=4.0, loop_max_rate=0.0), bench.now)
     bench.follow(TARGET + [0.0, 0.01])
     bench.run(1.0)
     frozen(bench, 0.5, "loop_max_rate is 0")
@@ -419,7 +420,7 @@ def test_a_rate_that_was_zero_sets_nothing_in_motion(bench, seen):
         bench.every = 0.0
         bench.run(0.3)
     before = bench.session.commands.newest
-    assert bench.session.apply(live(loop_gain=4.0, loop_max_rate=1.0), bench.now)
+    assert apply_live(bench.session, live(loop_gain=4.0, loop_max_rate=1.0), bench.now)
     bench.run(0.5)
     np.testing.assert_array_equal(bench.session.commands.newest, before)
 
@@ -428,7 +429,7 @@ def test_a_correction_beyond_a_new_limit_is_forgotten_and_the_robot_holds(bench)
     """It stayed, frozen, above what loop_max_correction allowed."""
     size = bench.session.loop.coordinates.size(bench.session.loop.correction)
     motors = bench.model.motors
-    assert bench.session.apply(live(loop_max_correction=0.5 * size), bench.now)
+    assert apply_live(bench.session, live(loop_max_correction=0.5 * size), bench.now)
     np.testing.assert_array_equal(bench.session.loop.correction, 0.0)
     bench.run(0.5)
     np.testing.assert_array_equal(bench.model.motors, motors)
@@ -445,18 +446,18 @@ def test_one_on_its_way_beyond_a_new_limit_goes_no_farther():
     size = loop.coordinates.size(loop.correction)
     limit = 1.05 * size
     changed = live(loop_gain=100.0, loop_max_rate=0.02, loop_max_correction=limit)
-    bench.session.apply(changed, bench.now)
+    apply_live(bench.session, changed, bench.now)
     for _ in range(12):
         bench.run(0.1)
         assert loop.coordinates.size(loop.correction) <= limit
 
 
 def test_no_parameter_sets_a_frozen_correction_free(bench):
-    bench.session.apply(live(loop_gain=0.0), bench.now)
+    apply_live(bench.session, live(loop_gain=0.0), bench.now)
     bench.run(0.5)
     goal, motors = bench.session.follower.goal, bench.model.motors
     assert goal is not None
-    assert bench.session.apply(live(loop_gain=4.0), bench.now)
+    assert apply_live(bench.session, live(loop_gain=4.0), bench.now)
     assert bench.session.follower.goal is None
     bench.run(0.5)
     np.testing.assert_array_equal(bench.model.motors, motors)
@@ -464,7 +465,7 @@ def test_no_parameter_sets_a_frozen_correction_free(bench):
 
 def test_the_goal_is_that_of_who_sent_it(bench):
     goal = PoseGoal(bench.robot, TARGET)
-    bench.session.follow(goal, bench.now)
+    bench.session.orders.follow(goal, bench.now)
     bench.run(0.2)
     assert bench.session.follower.goal is goal
     np.testing.assert_array_equal(goal.pose, TARGET)

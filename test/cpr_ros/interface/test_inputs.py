@@ -10,6 +10,7 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from helpers.closed_loop import DEFAULTS, FIXED, FRAMES
 from helpers.drive import robot, uncontrolled_robot
+from helpers.session_bench import ticked
 from helpers.tracked_robots import tracked
 from rclpy.clock import Clock
 from rclpy.serialization import serialize_message
@@ -24,6 +25,7 @@ from cpr_ros.following.supervision import State
 from cpr_ros.interface.first_measured import first_measured
 from cpr_ros.interface.inputs import Inputs
 from cpr_ros.operation.session import Session
+from cpr_ros.operation.starting_place import begin_at
 from cpr_ros.setpoint_topics import SETPOINTS
 from cpr_ros.settings.node_settings import Parameters, live_parameters
 
@@ -75,7 +77,7 @@ class Listening:
 
     def tick(self, seconds=0.0):
         self.now += seconds or self.session.period
-        return self.session.tick(self.now).state
+        return ticked(self.session, self.now)[0].state
 
     @property
     def motors(self):
@@ -186,7 +188,7 @@ def test_no_setpoint_goes_on_with_a_goal_that_it_ends(ages):
     listening = Listening(robot("rfrfr"))
     home, session = listening.motors.copy(), listening.session
     goal = MotorGoal(session.robot, home + [0.3, 0.0])
-    session.follow(goal, listening.now, ages=ages)
+    session.orders.follow(goal, listening.now, ages=ages)
     for _ in range(5):
         listening.tick()
     held = listening.motors.copy()
@@ -204,7 +206,7 @@ def test_motors_that_are_not_named_do_not_go_on_home():
     listening.hear_motors(motor1=2.39, motor2=0.75)
     while listening.tick() != State.IDLE:
         pass
-    session.reset()
+    session.orders.reset()
     while listening.tick() != State.HALTED:
         pass
     held = listening.motors.copy()
@@ -423,11 +425,10 @@ def test_one_publisher_is_one_robot_whatever_it_says(source, publishers):
     listening.measured_by, session = publishers, listening.session
     home = listening.motors.copy()
     if source == "setpoint":
-        session.begin_at(session.solver.current.equilibrium, home, 0.0)
+        begin_at(session, session.solver.current.equilibrium, home, 0.0)
     for number in range(60):
         measured = home + [0.4 * (number % 2), 0.0]
         listening.hear_measured(["motor1", "motor2"], measured.tolist())
         listening.tick(seconds=0.02)
-        session.take_note(listening.now)
     told = session.told(listening.now)
     assert ("in two places" in told.text) == (publishers == 2)

@@ -11,20 +11,23 @@ import pytest
 from cpr_msgs.action import MoveTo
 from cpr_msgs.msg import ErrorCode
 from helpers.closed_loop import FRAMES, PERIOD, ClosedLoop, live
+from helpers.session_bench import ticked
 from sensor_msgs.msg import JointState
 
 from cpr_ros.following.moved_by_others import SETTLING
 from cpr_ros.following.supervision import State
 from cpr_ros.interface.move_action import MoveAction
-from cpr_ros.operation.starting_place import begin_at_measured
+from cpr_ros.operation.between_ticks import BetweenTicks
+from cpr_ros.operation.live_changes import apply_live
+from cpr_ros.operation.starting_place import begin_at, begin_at_measured
 
 
 def test_out_of_patience_it_holds_commands_that_a_wrench_held_back(bare_node, monkeypatch):
     """They went out as soon as the wrench was gone, of a goal that had failed."""
     bench = ClosedLoop("rfrfr")
     session, home = bench.session, bench.model
-    session.apply(live(wrench_timeout=2.0), bench.now)
-    session.begin_at(home, home.motors + 0.1, 0.0)
+    apply_live(session, live(wrench_timeout=2.0), bench.now)
+    begin_at(session, home, home.motors + 0.1, 0.0)
     pushed = home.loads.with_(wrench_world=[0, 0, 0, -500.0, 0, 0])
     session.wrench.take(pushed, bench.now)
     action, results = MoveAction(bare_node, FRAMES, lambda: session), []
@@ -38,8 +41,9 @@ def test_out_of_patience_it_holds_commands_that_a_wrench_held_back(bare_node, mo
     states, commands = [], []
     for _ in range(int(3.0 / PERIOD)):
         bench.now += PERIOD
-        states.append(session.tick(bench.now).state)
-        commands.append(session.next_command(bench.now))
+        outcome, command = ticked(session, bench.now)
+        states.append(outcome.state)
+        commands.append(command)
         action.after_tick(session, bench.now)
     assert states[0] == State.ALIGNING
     assert [result.error_code.val for result in results] == [ErrorCode.CONTROL_FAILED]
@@ -97,10 +101,9 @@ class Machine:
             measured = bool(every) and number % every == 0
             if measured and self.session.take_measured(self.motors, self.bench.now):
                 begin_at_measured(self.session, self.motors)
-            self.session.tick(self.bench.now)
-            self.session.next_command(self.bench.now)
+            ticked(self.session, self.bench.now)
             self.action.after_tick(self.session, self.bench.now)
-            self.session.look_around(self.bench.now, False)
+            BetweenTicks(self.session, lambda: False).look(self.bench.now)
             if self.results:
                 break
         return self.bench.now - self.begun
@@ -206,6 +209,6 @@ def test_motors_that_a_load_holds_off_their_commands_want_a_larger_tolerance(
 def test_a_goal_that_a_pause_ends_was_not_missed_by_the_motors(machine):
     machine.send(machine.home + [0.4, -0.4])
     machine.run(0.2, without_power)
-    machine.session.pause(True)
+    machine.session.orders.pause(True)
     machine.run(0.1, without_power)
     assert machine.told == (ErrorCode.PREEMPTED, "the node was paused")

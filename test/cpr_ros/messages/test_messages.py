@@ -255,7 +255,9 @@ def test_a_model_that_is_less_exact_than_wanted_is_told(tolerance):
 def diagnosed(drive):
     """Level and words of the diagnostics of a follower."""
     session = SimpleNamespace(
-        follower=drive.follower, outcome=drive.outcomes[-1], robot=drive.robot
+        follower=drive.follower,
+        present=SimpleNamespace(outcome=drive.outcomes[-1]),
+        robot=drive.robot,
     )
     found = diagnostic_array("node", "active", session, "", {}, {}, 0, "", Time()).status[1]
     values = {value.key: value.value for value in found.values}

@@ -4,7 +4,7 @@
 """Sessions that tests move."""
 
 import pytest
-from helpers.session_bench import Bench, NodeBench
+from helpers.session_bench import Bench
 
 
 @pytest.fixture
@@ -14,7 +14,8 @@ def bench():
 
 @pytest.fixture
 def node():
-    bench = NodeBench()
+    """At rest, where any first step has been judged."""
+    bench = Bench()
     bench.session.commands.place(bench.session.solver.current.equilibrium.motors)
     bench.rest()
     return bench

@@ -31,11 +31,11 @@ def test_another_solution_takes_the_place_of_one_that_commands_are_on_their_way_
     apply(session, 2.5, 0.6)
     assert bench.tick().state == State.ALIGNING
     assert bench.commands[-1][0] < bench.commands[-2][0]
-    session.pause(True)
+    session.orders.pause(True)
     bench.tick()
     held = bench.commands[-1].copy()
     apply(session, *held, start=home)
-    session.pause(False)
+    session.orders.pause(False)
     for _ in range(3):
         assert bench.tick().state == State.IDLE
     np.testing.assert_array_equal(bench.commands[-1], held)
@@ -108,7 +108,7 @@ def test_commands_that_were_on_their_way_are_held_after_a_restart_until_they_are
     for _ in range(5):
         assert again.tick().state == State.PAUSED
     assert again.commands == []
-    again.session.pause(False)
+    again.session.orders.pause(False)
     assert again.tick().state == State.ALIGNING
     step = np.abs(again.commands[0] - held).max()
     assert 0.0 < step <= PERIOD * (1.0 + 1e-6)
@@ -121,7 +121,7 @@ def test_no_solution_is_applied_while_the_robot_is_on_its_way_home(bench):
     commanded(session, home)
     apply(session, 2.7, 0.5)
     assert bench.tick().state == State.ALIGNING
-    session.reset()
+    session.orders.reset()
     for _ in range(2):
         with pytest.raises(RequestError, match="the robot is on its way"):
             apply(session, 2.6, 0.5)
@@ -136,18 +136,18 @@ def test_no_solution_is_applied_while_paused(bench):
     """The motors set off to it as soon as the pause was over."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     commanded(session, home)
-    session.pause(True)
+    session.orders.pause(True)
     bench.tick()
     with pytest.raises(RequestError, match="paused"):
         apply(session, 2.7, 0.5)
-    session.pause(False)
+    session.orders.pause(False)
     assert bench.tick().state == State.IDLE
     assert bench.commands == []
 
 
 def test_no_solution_is_applied_in_place_of_a_setpoint_that_has_just_come(bench):
     session = bench.session
-    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
     with pytest.raises(RequestError, match="the robot is on its way"):
         apply(session, 2.6, 0.5)
     stop(session, bench.now)  # as the message says
@@ -172,14 +172,14 @@ def test_no_solution_is_applied_and_no_rest_had_while_somebody_waits_for_a_goal(
     """One that waits to be measured where it is: ticks tell, and it went elsewhere without a word."""
     session = bench.session
     goal = MotorGoal(session.robot, [2.6, 0.55])
-    session.follow(goal, bench.now, ages=False)
-    session.admission.await_end(goal)
+    session.orders.follow(goal, bench.now, ages=False)
+    session.orders.await_end(goal)
     while bench.tick().state != State.IDLE:
         pass
     assert not session.at_rest
     with pytest.raises(RequestError, match="a goal of ~/move_to waits"):
         apply(session, 2.6, 0.5)
-    session.follow(MotorGoal(session.robot, [2.6, 0.55]), bench.now, ages=False)  # nobody's
+    session.orders.follow(MotorGoal(session.robot, [2.6, 0.55]), bench.now, ages=False)  # nobody's
     bench.tick()
     assert session.at_rest
     apply(session, 2.6, 0.5)

@@ -14,15 +14,16 @@ from helpers.session_bench import LIVE, apply, commanded, waiting
 from cpr_ros.following.goals import MotorGoal
 from cpr_ros.following.standstill import GONE_ON
 from cpr_ros.following.supervision import BLIND, Action, State
+from cpr_ros.operation.live_changes import apply_live
 
 
 def lagging(bench, target, max_lead, time_constant, ticks):
     """Follow a setpoint with motors that lag; ways of commands from where they were measured last."""
     session, motors = bench.session, bench.session.solver.current.equilibrium.motors
-    session.apply(replace(LIVE, max_lead=max_lead), bench.now)
+    apply_live(session, replace(LIVE, max_lead=max_lead), bench.now)
     commanded(session, motors)
     session.take_measured(motors, bench.now)
-    session.follow(MotorGoal(session.robot, target), bench.now)
+    session.orders.follow(MotorGoal(session.robot, target), bench.now)
     ways = []
     for _ in range(ticks):
         before = len(bench.commands)
@@ -46,13 +47,13 @@ def test_no_command_is_farther_ahead_of_measured_motors_than_max_lead(
     assert max(ways) <= reach * (1.0 + 1e-5)
     assert max(ways) >= 0.99 * min(reach, time_constant * SETTINGS.max_speed)
     np.testing.assert_array_equal(bench.commands[-1], target)  # slower, but there
-    assert bench.session.outcome.state == State.IDLE
+    assert bench.session.present.outcome.state == State.IDLE
 
 
 def test_commands_wait_for_a_motor_that_jams_and_say_so(bench):
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     commanded(session, home)
-    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
     for _ in range(80):
         session.take_measured(home, bench.now)
         bench.tick()
@@ -74,29 +75,29 @@ def test_commands_wait_for_a_motor_that_jams_and_say_so(bench):
 def test_what_is_held_off_farther_than_max_lead_does_not_hear_the_last_command_again(bench):
     """A controller that comes later would jump there."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
-    session.apply(replace(LIVE, max_lead=PERIOD), bench.now)
+    apply_live(session, replace(LIVE, max_lead=PERIOD), bench.now)
     commanded(session, home)
     for way in (0.5, 1.0, 1.5, 15.0):
         session.take_measured(home + [0.0, way * PERIOD * SETTINGS.max_speed], bench.now)
-        assert (session.repeated_command(bench.now) is not None) == (way <= 1.0)
-    session.apply(replace(LIVE, max_lead=0.2), bench.now)
-    assert session.repeated_command(bench.now) is not None
+        assert (session.outgoing.repeated(bench.now) is not None) == (way <= 1.0)
+    apply_live(session, replace(LIVE, max_lead=0.2), bench.now)
+    assert session.outgoing.repeated(bench.now) is not None
 
 
 def test_there_is_a_way_back_from_a_motor_that_jams(bench):
     """Whatever is asked for that takes no motor farther from where it is measured."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
-    session.apply(replace(LIVE, settings=replace(SETTINGS, max_speed=0.4)), bench.now)
+    apply_live(session, replace(LIVE, settings=replace(SETTINGS, max_speed=0.4)), bench.now)
     commanded(session, home)
-    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
-    for ask in (None, session.reset):
+    session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    for ask in (None, session.orders.reset):
         if ask:
             ask()
         for _ in range(90):
             session.take_measured(home, bench.now)
             bench.tick()
     np.testing.assert_array_equal(bench.commands[-1], home)
-    assert session.outcome.state == State.IDLE
+    assert session.present.outcome.state == State.IDLE
     assert not session.others.away
 
 
@@ -104,9 +105,9 @@ def test_there_is_a_way_back_from_a_motor_that_jams(bench):
 def test_a_motor_that_stays_jammed_ends_what_waits_for_it(bench, speed, begins_there):
     """A setpoint of long ago would set off when it has power again; near its command it stays there."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
-    session.apply(replace(LIVE, settings=replace(SETTINGS, max_speed=speed)), bench.now)
+    apply_live(session, replace(LIVE, settings=replace(SETTINGS, max_speed=speed)), bench.now)
     commanded(session, home)
-    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
     ticks, begin = 0, False
     while session.follower.goal is not None:
         begin = session.take_measured(home, bench.now) or begin
@@ -124,9 +125,9 @@ def test_a_motor_that_stays_jammed_ends_what_waits_for_it(bench, speed, begins_t
 def jammed(bench):
     """Commands wait for a motor."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
-    session.apply(replace(LIVE, measured_timeout=0.1), bench.now)
+    apply_live(session, replace(LIVE, measured_timeout=0.1), bench.now)
     commanded(session, home)
-    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
     while not session.follower.waits or bench.tick().moved:
         session.take_measured(home, bench.now)
         bench.tick()
@@ -140,7 +141,7 @@ def jammed(bench):
 def test_a_parameter_that_lets_commands_go_farther_starts_no_motion(bench, changed):
     session, home = jammed(bench)
     sent = len(bench.commands)
-    assert session.apply(replace(LIVE, **changed), bench.now)
+    assert apply_live(session, replace(LIVE, **changed), bench.now)
     for _ in range(20):
         session.take_measured(home, bench.now)
         bench.tick()
@@ -158,7 +159,7 @@ def test_what_waits_for_motors_that_are_measured_no_more_ends(bench):
     assert session.follower.goal is None
     assert "the commands wait for a motor" in session.follower.dropped
     assert "the measured motors are older than measured_timeout 0.1 s" in session.follower.dropped
-    session.follow(MotorGoal(session.robot, bench.commands[-1] + 0.1), bench.now)
+    session.orders.follow(MotorGoal(session.robot, bench.commands[-1] + 0.1), bench.now)
     bench.tick()
     assert len(bench.commands) == sent + 1  # who sends another one knows that
 
@@ -166,14 +167,14 @@ def test_what_waits_for_motors_that_are_measured_no_more_ends(bench):
 def test_a_jammed_motor_ends_what_waits_for_it_without_a_tolerance_too(bench):
     """No tolerance is for motors that are held off; a goal without end is for nobody."""
     session, home = jammed(bench)
-    session.apply(replace(LIVE, moved_tolerance=0.0), bench.now)
-    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    apply_live(session, replace(LIVE, moved_tolerance=0.0), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
     sent, begin = len(bench.commands), False
     for _ in range(200):
         begin = session.take_measured(home, bench.now) or begin
         bench.tick()
     assert session.follower.goal is None and not begin
-    assert "the motors do not follow: one was measured" in session.left_behind
+    assert "the motors do not follow: one was measured" in session.orders.left_behind
     assert len(bench.commands) == sent and not session.others.in_question
 
 
@@ -181,13 +182,13 @@ def test_motors_that_are_measured_once_hold_no_goal_up_for_ever(bench):
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     commanded(session, home)
     session.take_measured(home, bench.now)
-    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
     for _ in range(400):
         bench.tick()
     assert session.follower.goal is None
     assert "measured only once, max_lead has to be 0" in session.follower.dropped
-    session.apply(replace(LIVE, max_lead=0.0), bench.now)
-    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    apply_live(session, replace(LIVE, max_lead=0.0), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
     for _ in range(400):
         bench.tick()
     np.testing.assert_array_equal(bench.commands[-1], home + [0.0, 0.5])
@@ -196,7 +197,7 @@ def test_motors_that_are_measured_once_hold_no_goal_up_for_ever(bench):
 def test_what_is_told_of_a_robot_that_waits_is_that_it_is_not_seen(bench):
     session, _ = jammed(bench)
     told = session.told(bench.now)
-    assert session.outcome.verdict.action == Action.NONE
+    assert session.present.outcome.verdict.action == Action.NONE
     assert (told.action, told.speed_scale) == (Action.SLOW, BLIND)
     assert "the commands wait for a motor" in told.text
 
@@ -207,7 +208,7 @@ def test_a_trajectory_that_parameters_end_is_told_so(bench):
     while not session.follower.waits:
         session.take_measured(home, bench.now)
         bench.tick()
-    session.apply(replace(LIVE, max_lead=0.3), bench.now)
+    apply_live(session, replace(LIVE, max_lead=0.3), bench.now)
     bench.tick()
     [ending] = endings
     assert ending.val == ErrorCode.PREEMPTED and ending.message.startswith("parameters changed")
@@ -216,7 +217,7 @@ def test_a_trajectory_that_parameters_end_is_told_so(bench):
 def test_a_trajectory_that_waits_for_motors_that_are_measured_no_more_fails(bench):
     session, endings = bench.session, waiting(bench, 0.0, [0.0, 0.4])
     home = session.solver.current.equilibrium.motors
-    session.apply(replace(LIVE, measured_timeout=0.1), bench.now)
+    apply_live(session, replace(LIVE, measured_timeout=0.1), bench.now)
     for _ in range(60):
         session.take_measured(home, bench.now)
         bench.tick()
@@ -237,15 +238,15 @@ def test_commands_on_their_way_wait_too_and_a_parameter_lets_them_not_go_on(benc
         bench.tick()
     sent = len(bench.commands)
     np.testing.assert_allclose(np.abs(bench.commands[-1] - home).max(), 0.2, rtol=1e-5)
-    assert bench.session.outcome.state == State.ALIGNING
+    assert bench.session.present.outcome.state == State.ALIGNING
     assert "the commands wait for a motor" in session.senses.unseen(bench.now)
-    session.apply(replace(LIVE, max_lead=0.0), bench.now)
+    apply_live(session, replace(LIVE, max_lead=0.0), bench.now)
     for _ in range(20):
         session.take_measured(home, bench.now)
         bench.tick()
     assert len(bench.commands) == sent
-    assert session.outcome.state == State.PAUSED
-    session.pause(False)
+    assert session.present.outcome.state == State.PAUSED
+    session.orders.pause(False)
     session.take_measured(bench.commands[-1], bench.now)
     bench.tick()
     assert len(bench.commands) == sent + 1
@@ -253,7 +254,7 @@ def test_commands_on_their_way_wait_too_and_a_parameter_lets_them_not_go_on(benc
 
 def test_commands_on_their_way_are_held_where_motors_are_measured_no_more(bench):
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
-    session.apply(replace(LIVE, measured_timeout=0.1), bench.now)
+    apply_live(session, replace(LIVE, measured_timeout=0.1), bench.now)
     commanded(session, home)
     apply(session, 2.9, 0.5)
     for number in range(100):
@@ -261,19 +262,19 @@ def test_commands_on_their_way_are_held_where_motors_are_measured_no_more(bench)
             session.take_measured(home, bench.now)
         bench.tick()
     np.testing.assert_allclose(np.abs(bench.commands[-1] - home).max(), 0.2, rtol=1e-5)
-    assert session.outcome.state == State.PAUSED
+    assert session.present.outcome.state == State.PAUSED
     assert session.at_rest  # it is ended once, not in every tick
     sent = len(bench.commands)
-    session.pause(False)  # who releases them knows that
+    session.orders.pause(False)  # who releases them knows that
     bench.tick()
     assert len(bench.commands) == sent + 1
 
 
 def test_without_max_lead_commands_go_on_until_motors_are_found_not_to_follow(bench):
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
-    session.apply(replace(LIVE, max_lead=0.0), bench.now)
+    apply_live(session, replace(LIVE, max_lead=0.0), bench.now)
     commanded(session, home)
-    session.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
     for _ in range(60):
         session.take_measured(home, bench.now)
         bench.tick()

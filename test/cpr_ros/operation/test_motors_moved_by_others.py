@@ -16,6 +16,7 @@ from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal
 from cpr_ros.following.supervision import Action, State
 from cpr_ros.following.trajectory_order import TrajectoryOrder
+from cpr_ros.operation.live_changes import apply_live
 from cpr_ros.operation.starting_place import begin_at_measured
 
 
@@ -24,19 +25,19 @@ def test_motors_that_others_have_moved_are_not_sent_back(bench):
     session, home = bench.session, bench.session.solver.current.equilibrium
     commanded(session, home.motors)
     assert not measured_for(bench, home.motors)
-    np.testing.assert_array_equal(session.repeated_command(bench.now), home.motors)
-    session.follow(MotorGoal(session.robot, home.motors), bench.now)
+    np.testing.assert_array_equal(session.outgoing.repeated(bench.now), home.motors)
+    session.orders.follow(MotorGoal(session.robot, home.motors), bench.now)
     bench.tick()
     elsewhere = home.motors + [0.1, -0.4]
     assert not measured_for(bench, elsewhere, 0.3)  # they may still be moved
-    assert session.repeated_command(bench.now) is None
+    assert session.outgoing.repeated(bench.now) is None
     assert session.follower.goal is None
     assert "somebody else has moved the motors" in session.follower.dropped
     for ask in (
-        lambda: session.follow(MotorGoal(session.robot, home.motors), bench.now),
+        lambda: session.orders.follow(MotorGoal(session.robot, home.motors), bench.now),
         lambda: still(session, home.motors, bench.now),
         lambda: apply(session, 2.6, 0.5),
-        session.reset,
+        session.orders.reset,
     ):
         with pytest.raises(RequestError, match="somebody else has moved the motors"):
             ask()
@@ -45,12 +46,12 @@ def test_motors_that_others_have_moved_are_not_sent_back(bench):
     assert bench.commands == []
     assert not measured_for(bench, elsewhere)
     assert bench.commands == []
-    held = session.repeated_command(bench.now)
+    held = session.outgoing.repeated(bench.now)
     assert held is None  # nobody asked them to hold against what held them off
-    session.follow(MotorGoal(session.robot, elsewhere + 0.01), bench.now)
+    session.orders.follow(MotorGoal(session.robot, elsewhere + 0.01), bench.now)
     assert bench.tick().state == State.FOLLOWING
     assert np.abs(bench.commands[0] - elsewhere).max() <= PERIOD * (1.0 + 1e-5)
-    np.testing.assert_array_equal(session.repeated_command(bench.now), bench.commands[0])
+    np.testing.assert_array_equal(session.outgoing.repeated(bench.now), bench.commands[0])
 
 
 def test_what_a_goal_was_told_of_motors_elsewhere_stays_known(bench):
@@ -59,14 +60,14 @@ def test_what_a_goal_was_told_of_motors_elsewhere_stays_known(bench):
     commanded(session, home)
     told = []
     for way in (0.2, 0.4):
-        session.follow(MotorGoal(session.robot, home), bench.now)
+        session.orders.follow(MotorGoal(session.robot, home), bench.now)
         bench.tick()
         measured_for(bench, home + way, 0.2)
-        told.append(session.left_behind)
+        told.append(session.orders.left_behind)
         assert told[-1] == session.follower.dropped == session.others.away != ""
         measured_for(bench, home + way + 0.05, 0.2)
         assert session.others.away != told[-1]
-        assert session.left_behind == told[-1]
+        assert session.orders.left_behind == told[-1]
         measured_for(bench, home, 0.2)
         assert session.others.away == ""
     assert told[0] != told[1]
@@ -87,7 +88,7 @@ def halted(bench):
     """Whether a supervisor is told that others have moved the motors; nothing is sent to them."""
     sent, outcome = len(bench.commands), bench.tick()
     assert len(bench.commands) == sent
-    assert outcome is bench.session.outcome
+    assert outcome is bench.session.present.outcome
     told = outcome.verdict
     assert bench.session.at_rest
     if told.action == Action.NONE:
@@ -104,30 +105,30 @@ def test_that_others_have_moved_the_motors_is_a_halt_until_they_are_measured_whe
     for _ in range(3):
         moved.now += 100.0
         assert halted(moved)
-        session.pause(True)
+        session.orders.pause(True)
         assert halted(moved)
-        session.pause(False)
+        session.orders.pause(False)
     session.stand()
     assert halted(moved)
     with pytest.raises(RequestError, match="somebody else has moved the motors"):
-        session.follow(MotorGoal(session.robot, home.motors), moved.now)
+        session.orders.follow(MotorGoal(session.robot, home.motors), moved.now)
     session.take_measured(home.motors + 0.05, moved.now)
     assert not session.at_rest
     assert not halted(moved)
     np.testing.assert_array_equal(session.known_place[1], home.motors)
-    session.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
+    session.orders.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
     assert moved.tick().state == State.FOLLOWING
 
 
 def test_no_moved_tolerance_ends_it_and_sends_nothing_by_itself(moved):
     session, home = moved.session, moved.session.solver.current.equilibrium
-    session.apply(replace(LIVE, moved_tolerance=0.0, max_lead=0.0), moved.now)
+    apply_live(session, replace(LIVE, moved_tolerance=0.0, max_lead=0.0), moved.now)
     assert not session.at_rest
     assert not halted(moved)
-    assert session.repeated_command(moved.now) is None
-    session.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
+    assert session.outgoing.repeated(moved.now) is None
+    session.orders.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
     moved.tick()
-    np.testing.assert_array_equal(session.repeated_command(moved.now), moved.commands[-1])
+    np.testing.assert_array_equal(session.outgoing.repeated(moved.now), moved.commands[-1])
 
 
 def test_no_moved_tolerance_sets_off_no_commands_that_were_on_their_way(bench):
@@ -142,7 +143,7 @@ def test_no_moved_tolerance_sets_off_no_commands_that_were_on_their_way(bench):
         session.take_measured(home.motors + 0.5, bench.now)
     assert session.others.away and bench.tick().state == State.ALIGNING
     sent = len(bench.commands)
-    session.apply(replace(LIVE, moved_tolerance=0.0), bench.now)
+    apply_live(session, replace(LIVE, moved_tolerance=0.0), bench.now)
     assert bench.tick().state == State.PAUSED
     assert len(bench.commands) == sent
 
@@ -171,7 +172,7 @@ def test_a_trajectory_that_waits_ends_where_others_move_the_motors(bench):
     order = TrajectoryOrder(
         np.array([0.0, 0.5]), points, None, None, 30.0, nothing, nothing, np.inf
     )
-    session.follow_trajectory(order, bench.now, endings.append)
+    session.orders.follow_trajectory(order, bench.now, endings.append)
     measured_for(bench, home.motors + 0.3, 0.8)
     assert [ending.val for ending in endings] == [ErrorCode.CONTROL_FAILED]  # as goals of ~/move_to
     assert "somebody else has moved the motors" in endings[0].message
@@ -185,11 +186,11 @@ def test_one_wrong_measurement_ends_nothing_and_halts_nothing(bench):
     bench.now += 0.1
     assert not session.take_measured(home.motors + 3.0, bench.now)
     assert bench.tick().verdict.action == Action.NONE
-    assert session.repeated_command(bench.now) is None  # it may be true
+    assert session.outgoing.repeated(bench.now) is None  # it may be true
     with pytest.raises(RequestError, match="the next measurements tell whether somebody has moved"):
-        session.follow(MotorGoal(session.robot, home.motors), bench.now)
+        session.orders.follow(MotorGoal(session.robot, home.motors), bench.now)
     measured_for(bench, home.motors)
-    assert (endings, session.repeated_command(bench.now) is None) == ([], False)
+    assert (endings, session.outgoing.repeated(bench.now) is None) == ([], False)
     while not endings:
         measured_for(bench, home.motors)
     assert [ending.val for ending in endings] == [ErrorCode.SUCCESS]
@@ -223,10 +224,10 @@ def test_a_doubt_that_nothing_settles_ends_what_waits(bench):
     measured_for(bench, home.motors)
     session.take_measured(home.motors + 3.0, bench.now)
     for age in (0.0, 0.4):
-        session.look_around(bench.now + age, False)
+        due = bench.look(bench.now + age, resting=False)
         assert endings == []
-        assert session.others.due == pytest.approx(bench.now + 0.5)  # when who spins looks again
-    session.look_around(bench.now + 0.5, False)
+        assert due == session.others.due == pytest.approx(bench.now + 0.5)
+    bench.look(bench.now + 0.5, resting=False)
     assert "somebody else has moved the motors" in endings[0].message
     assert session.others.due == math.inf
     assert bench.tick().verdict.action == Action.HALT
@@ -237,10 +238,10 @@ def test_commands_that_a_pause_holds_do_not_go_on_where_others_have_moved_the_mo
     commanded(session, home.motors)
     apply(session, 2.7, 0.5)
     bench.tick()
-    session.pause(True)
+    session.orders.pause(True)
     sent = len(bench.commands)
     measured_for(bench, home.motors + 0.5, 0.8)
-    session.pause(False)
+    session.orders.pause(False)
     bench.tick()
     assert len(bench.commands) == sent
 
@@ -248,9 +249,9 @@ def test_commands_that_a_pause_holds_do_not_go_on_where_others_have_moved_the_mo
 def test_motors_in_motion_are_not_compared(bench):
     """They are late: that is no reason to end the motion."""
     session, home = bench.session, bench.session.solver.current.equilibrium
-    session.apply(replace(LIVE, max_lead=0.0), bench.now)  # else commands wait for them
+    apply_live(session, replace(LIVE, max_lead=0.0), bench.now)  # else commands wait for them
     commanded(session, home.motors)
-    session.follow(MotorGoal(session.robot, home.motors + [0.5, -0.5]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home.motors + [0.5, -0.5]), bench.now)
     while bench.tick().state != State.IDLE:
         assert not session.take_measured(home.motors, bench.now)
     np.testing.assert_array_equal(bench.commands[-1], home.motors + [0.5, -0.5])
@@ -260,7 +261,7 @@ def test_a_robot_that_is_measured_in_two_places_is_halted_and_sent_nowhere(bench
     """Half of what was measured agreed with the commands: none was told of the rest."""
     home = bench.session.solver.current.equilibrium.motors
     commanded(bench.session, home)
-    bench.session.follow(MotorGoal(bench.session.robot, home + 0.5), bench.now)
+    bench.session.orders.follow(MotorGoal(bench.session.robot, home + 0.5), bench.now)
     sent = 0
     for number in range(200):
         own = bench.session.commands.newest

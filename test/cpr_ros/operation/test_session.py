@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode
 from helpers.drive import PERIOD, SETTINGS, robot
-from helpers.session_bench import FIXED, LIVE, Bench, still, stop, timed
+from helpers.session_bench import FIXED, LIVE, Bench, still, stop, ticked, timed
 from helpers.turntable import turntable
 
 from cpr_core import solve_forward, solve_home
@@ -17,7 +17,9 @@ from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State
 from cpr_ros.messages.conversions import Frames
+from cpr_ros.operation.live_changes import apply_live
 from cpr_ros.operation.session import Session
+from cpr_ros.operation.starting_place import begin_at
 from cpr_ros.settings.node_settings import Parameters
 
 
@@ -35,7 +37,7 @@ def test_a_wrench_moves_the_platform_and_sends_nothing(bench):
     pushed = bench.session.solver.current.equilibrium
     assert np.abs(pushed.platform_position - home.platform_position).max() > 1e-4
     assert bench.commands == []
-    bench.session.follow(MotorGoal(bench.session.robot, home.motors + 0.02), bench.now)
+    bench.session.orders.follow(MotorGoal(bench.session.robot, home.motors + 0.02), bench.now)
     while bench.tick().state != State.IDLE:
         pass
     assert np.abs(bench.commands[0] - home.motors).max() <= PERIOD * (1.0 + 1e-6)
@@ -49,9 +51,11 @@ def test_a_wrench_moves_the_platform_and_sends_nothing(bench):
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda session, home, now: session.follow(MotorGoal(session.robot, home.motors), now),
-        lambda session, home, now: session.follow(PoseGoal(session.robot, home.pose), now),
-        lambda session, home, now: session.reset(),
+        lambda session, home, now: session.orders.follow(
+            MotorGoal(session.robot, home.motors), now
+        ),
+        lambda session, home, now: session.orders.follow(PoseGoal(session.robot, home.pose), now),
+        lambda session, home, now: session.orders.reset(),
         lambda session, home, now: still(session, home.motors, now),
     ],
     ids=["motors", "pose", "reset", "trajectory"],
@@ -86,10 +90,10 @@ def test_numbers_of_another_unit_are_not_set_off_for(bench, kind, numbers, words
     """The robot went as far as it could, right round and to a halt; services said what looks wrong."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     wanted = MotorGoal(session.robot, home + 0.1)
-    session.follow(wanted, bench.now)
+    session.orders.follow(wanted, bench.now)
     bench.tick()
     with pytest.raises(RequestError, match=rf"\A{words}\Z") as refused:
-        session.follow(kind(session.robot, numbers), bench.now)
+        session.orders.follow(kind(session.robot, numbers), bench.now)
     assert refused.value.val == ErrorCode.INVALID_ROBOT_STATE
     assert session.follower.goal is wanted
     while bench.tick().state != State.IDLE:
@@ -105,14 +109,14 @@ def test_many_turns_are_gone_in_small_steps_however_far_the_robot_is_behind():
 
     def send(*ways):
         for way in ways:
-            session.follow(MotorGoal(table, [float(way)]), now)
+            session.orders.follow(MotorGoal(table, [float(way)]), now)
 
     with pytest.raises(RequestError, match="motor1 at 40 looks like degrees"):
         send(40)
     send(*range(0, 41, 10))  # all at once
     while not session.follower.arrived(session.solver.current.equilibrium):
         now += PERIOD
-        session.tick(now)
+        ticked(session, now)
     np.testing.assert_array_equal(session.solver.current.equilibrium.motors, [40.0])
     session.follower.drop()
     send(40.1)
@@ -127,11 +131,11 @@ def test_a_setpoint_that_is_not_obeyed_sends_nothing(bench):
     """Paused, or pushed by a wrench that the robot does not bear, it stays where it is."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     bench.push(0.0, -1000.0, 0.0)
-    session.follow(MotorGoal(session.robot, home), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home), bench.now)
     bench.tick()
-    session.follow(MotorGoal(session.robot, home + 0.1), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home + 0.1), bench.now)
     bench.tick()
-    session.pause(True)
+    session.orders.pause(True)
     bench.tick()
     assert bench.commands == []
 
@@ -143,7 +147,7 @@ def test_a_wrench_that_is_not_borne_is_a_halt_in_every_state(source):
     if source == "measured":
         session.tracking.take(home.motors, bench.now)
     else:
-        session.begin_at(home, home.motors + 0.5, 0.0)  # the motors are elsewhere
+        begin_at(session, home, home.motors + 0.5, 0.0)  # the motors are elsewhere
         assert bench.tick().state == State.ALIGNING
     assert bench.tick().verdict.action == Action.NONE
     bench.push(0.0, -1000.0, 0.0)
@@ -163,7 +167,7 @@ def test_the_way_home_is_not_over_before_the_motors_have_heard_of_it(bench):
     """A wrench that was not borne held the one command of it back, and the way was said to be done."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     bench.push(0.0, -1000.0, 0.0)
-    session.reset()
+    session.orders.reset()
     for _ in range(3):
         assert bench.tick().state == State.HALTED
     assert bench.commands == []
@@ -176,19 +180,19 @@ def test_the_way_home_is_not_over_before_the_motors_have_heard_of_it(bench):
 def test_where_it_is_measured_while_paused_it_stays_paused(bench):
     """The stream said that it was idle, and setpoints were refused as it was paused."""
     session, home = bench.session, bench.session.solver.current.equilibrium
-    session.pause(True)
+    session.orders.pause(True)
     bench.tick()
-    session.begin_at(home, home.motors, 0.0)
-    assert session.outcome.state == State.PAUSED
+    begin_at(session, home, home.motors, 0.0)
+    assert session.present.outcome.state == State.PAUSED
     assert bench.tick().state == State.PAUSED
 
 
 def test_what_is_done_before_the_first_tick_is_not_that_of_before(bench):
     session = bench.session
-    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
     assert bench.tick().state == State.FOLLOWING
     session.stand()
-    assert session.outcome.state == State.IDLE
+    assert session.present.outcome.state == State.IDLE
     assert session.follower.goal is None
 
 
@@ -219,25 +223,25 @@ def test_velocities_of_measured_motors_are_those_between_measurements(every, spe
             since = bench.now + 0.3 * PERIOD
             session.tracking.take(home + speed * since, since)
         assert bench.tick().state == State.TRACKING
-        told.append(session.velocity)
+        told.append(session.present.velocity)
     np.testing.assert_allclose(told[3 * every :], np.tile(speed, (7 * every, 1)), rtol=1e-6)
     session.tracking.take(home + speed * since, bench.now + 0.1)  # they stand
     for _ in range(25):
         bench.tick()
-    assert not session.velocity.any()
-    session.apply(replace(LIVE, measured_timeout=0.05), bench.now)
+    assert not session.present.velocity.any()
+    apply_live(session, replace(LIVE, measured_timeout=0.05), bench.now)
     session.tracking.take(home + speed * since + 0.05, bench.now)
     bench.tick()
-    assert session.velocity.any()
+    assert session.present.velocity.any()
     while bench.tick().state != State.STALE:
         pass
-    assert not session.velocity.any()
+    assert not session.present.velocity.any()
 
 
 def test_the_wrench_of_an_applied_solution_outlives_one_that_is_long_gone(bench):
     """It was dropped in the next tick if any wrench had ever come."""
     session = bench.session
-    session.apply(replace(LIVE, wrench_timeout=0.1), bench.now)
+    apply_live(session, replace(LIVE, wrench_timeout=0.1), bench.now)
     bench.push(0.05, 0.0, 0.0)
     for _ in range(30):
         bench.tick()
@@ -245,7 +249,7 @@ def test_the_wrench_of_an_applied_solution_outlives_one_that_is_long_gone(bench)
     assert session.at_rest
     loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.1, 0, 0])
     pushed = solve_forward(session.robot, session.solver.current.equilibrium.motors, loads=loads)
-    session.begin_at(pushed, None, 0.0)
+    begin_at(session, pushed, None, 0.0)
     for _ in range(5):
         bench.tick()
     assert session.solver.current.equilibrium is pushed
@@ -256,31 +260,31 @@ def test_the_state_is_the_new_one_as_soon_as_a_request_is_answered(bench):
     session = bench.session
     bench.tick()
     for ask, state in (
-        (session.reset, State.RETURNING),
-        (lambda: session.pause(True), State.PAUSED),
-        (lambda: session.pause(False), State.IDLE),
+        (session.orders.reset, State.RETURNING),
+        (lambda: session.orders.pause(True), State.PAUSED),
+        (lambda: session.orders.pause(False), State.IDLE),
     ):
         ask()
-        assert session.outcome.state == state
+        assert session.present.outcome.state == state
         assert not session.at_rest
-    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
     bench.tick()
-    session.pause(False)  # there was none
-    assert session.outcome.state == State.FOLLOWING
+    session.orders.pause(False)  # there was none
+    assert session.present.outcome.state == State.FOLLOWING
 
 
 def test_a_pause_holds_commands_that_are_on_their_way(bench):
     """They went on to the node's equilibrium, however long that took."""
     session, home = bench.session, bench.session.solver.current.equilibrium
-    session.begin_at(home, home.motors + 0.1, 0.0)
+    begin_at(session, home, home.motors + 0.1, 0.0)
     assert bench.tick().state == State.ALIGNING
-    session.pause(True)
+    session.orders.pause(True)
     held = bench.commands[-1]
     for _ in range(5):
         assert bench.tick().state == State.PAUSED
     assert session.at_rest
     np.testing.assert_array_equal(bench.commands[-1], held)
-    session.pause(False)
+    session.orders.pause(False)
     assert not session.at_rest
     while bench.tick().state != State.IDLE:
         pass
@@ -290,17 +294,17 @@ def test_a_pause_holds_commands_that_are_on_their_way(bench):
 def test_parameters_send_no_commands_that_a_wrench_holds_back(bench):
     """Another timeout took the wrench away, and the motors set off."""
     session, home = bench.session, bench.session.solver.current.equilibrium
-    session.begin_at(home, home.motors + 0.1, 0.0)
+    begin_at(session, home, home.motors + 0.1, 0.0)
     bench.push(-500.0, 0.0, 0.0)
     outcome = bench.tick()
     assert outcome.state == State.ALIGNING
     assert outcome.refusal is not None
     bench.now += 1.0
-    assert session.apply(replace(LIVE, wrench_timeout=0.5), bench.now)
+    assert apply_live(session, replace(LIVE, wrench_timeout=0.5), bench.now)
     for _ in range(5):
         assert bench.tick().state == State.PAUSED
     assert bench.commands == []
-    session.pause(False)
+    session.orders.pause(False)
     assert bench.tick().state == State.ALIGNING
     assert len(bench.commands) == 1
 
@@ -308,10 +312,10 @@ def test_parameters_send_no_commands_that_a_wrench_holds_back(bench):
 def test_an_empty_trajectory_ends_the_way_home(bench):
     """It was refused as setpoints are, and the robot went on."""
     session = bench.session
-    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
     while bench.tick().state != State.IDLE:
         pass
-    session.reset()
+    session.orders.reset()
     for _ in range(5):
         assert bench.tick().state == State.RETURNING
     held = bench.commands[-1]
@@ -326,7 +330,7 @@ def test_an_empty_trajectory_ends_the_way_home(bench):
 def test_an_empty_trajectory_holds_commands_that_are_on_their_way(bench):
     """It was said to be done, and they went on to the node's equilibrium, however long that took."""
     session, home = bench.session, bench.session.solver.current.equilibrium
-    session.begin_at(home, home.motors + 0.1, 0.0)
+    begin_at(session, home, home.motors + 0.1, 0.0)
     assert bench.tick().state == State.ALIGNING
     held = bench.commands[-1]
     assert stop(session, bench.now) == [ErrorCode.SUCCESS]
@@ -349,40 +353,50 @@ def test_a_robot_waits_for_a_measurement_until_it_moves(bench):
     bench.push(0.2, 0.0, 0.0)
     bench.tick()
     assert session.unplaced
-    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
     bench.tick()
     assert not session.unplaced
 
 
-def test_the_command_of_a_tick_is_there_before_note_is_taken_of_it(bench):
-    session = bench.session
+def test_the_command_of_a_tick_leaves_before_note_is_taken_of_it(bench):
+    """And after it was kept where the robot is."""
+    session, events = bench.session, []
     session.commands.place(session.solver.current.equilibrium.motors)
-    session.follow(MotorGoal(session.robot, [2.60, 0.56]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, [2.60, 0.56]), bench.now)
     bench.tick()
-    before, places = session.velocity, session.loop._history.newest
+    before, places = session.present.velocity, session.loop._history.newest
     bench.now += PERIOD
-    assert session.move(bench.now).moved
-    np.testing.assert_array_equal(
-        session.next_command(bench.now), session.solver.current.equilibrium.motors
-    )
-    assert session.velocity is before and session.loop._history.newest is places
-    session.take_note(bench.now)
+
+    def take_down(event):
+        assert session.present.velocity is before and session.loop._history.newest is places
+        assert session.present.outcome.moved
+        motors = session.solver.current.equilibrium.motors
+        events.append((event, motors.tolist(), session.commands.newest.tolist()))
+
+    def send(command, ahead):
+        np.testing.assert_array_equal(command, session.solver.current.equilibrium.motors)
+        assert not ahead
+        take_down("sent")
+
+    assert session.tick(bench.now, send, lambda: take_down("kept")).moved
+    sent = session.solver.current.equilibrium.motors.tolist()
+    assert events == [("kept", sent, sent), ("sent", sent, sent)]
     way = session.solver.current.equilibrium.motors - bench.commands[-1]
-    np.testing.assert_allclose(session.velocity, way / PERIOD)
+    np.testing.assert_allclose(session.present.velocity, way / PERIOD)
     assert session.loop._history.newest.equilibrium is session.solver.current.equilibrium
 
 
 def test_a_place_that_is_found_late_ends_a_setpoint_that_was_thought_reached(bench):
     """Any tick, after a change of parameters say, then sent the robot back to where it had been."""
     session, home = bench.session, bench.session.solver.current.equilibrium
-    session.begin_at(home, home.motors, 0.0)  # the last command, of a node before
-    session.follow(MotorGoal(session.robot, home.motors), bench.now)
+    begin_at(session, home, home.motors, 0.0)  # the last command, of a node before
+    session.orders.follow(MotorGoal(session.robot, home.motors), bench.now)
     bench.tick()
     found = solve_forward(session.robot, home.motors + [0.3, -0.2])
-    session.begin_at(found, found.motors, 0.0)
+    begin_at(session, found, found.motors, 0.0)
     assert session.follower.goal is None
     assert "elsewhere" in session.follower.dropped
-    session.apply(replace(LIVE, settings=replace(SETTINGS, hysteresis=0.2)), bench.now)
+    apply_live(session, replace(LIVE, settings=replace(SETTINGS, hysteresis=0.2)), bench.now)
     for _ in range(5):
         assert bench.tick().state == State.IDLE
     assert bench.commands == []
@@ -391,13 +405,13 @@ def test_a_place_that_is_found_late_ends_a_setpoint_that_was_thought_reached(ben
 def test_a_place_that_is_found_late_ends_a_trajectory_that_waits(bench):
     """It never began and never ended."""
     session, home = bench.session, bench.session.solver.current.equilibrium
-    session.begin_at(home, home.motors, 0.0)
+    begin_at(session, home, home.motors, 0.0)
     endings = []
-    session.follow_trajectory(timed([home.motors + 0.1], 1.0), bench.now, endings.append)
+    session.orders.follow_trajectory(timed([home.motors + 0.1], 1.0), bench.now, endings.append)
     for _ in range(5):
         bench.tick()
     found = solve_forward(session.robot, home.motors + [0.3, -0.2])
-    session.begin_at(found, found.motors, 0.0)
+    begin_at(session, found, found.motors, 0.0)
     assert [ending.val for ending in endings] == [ErrorCode.PREEMPTED]
     bench.tick()
     assert bench.commands == []
@@ -408,7 +422,7 @@ def test_a_trajectory_sends_nothing_before_its_stamp_to_motors_of_which_nothing_
     """They were sent home at once, perhaps minutes before."""
     session, home = bench.session, bench.session.solver.current.equilibrium
     points = [home.motors, home.motors + 0.01]
-    session.follow_trajectory(timed(points, 0.5), bench.now, lambda _: None)
+    session.orders.follow_trajectory(timed(points, 0.5), bench.now, lambda _: None)
     while bench.now < 0.45:
         bench.tick()
     assert bench.commands == []
@@ -420,27 +434,27 @@ def test_a_trajectory_sends_nothing_before_its_stamp_to_motors_of_which_nothing_
 
 def test_a_return_that_a_wrench_holds_up_can_be_replaced(bench):
     session = bench.session
-    session.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
     while bench.tick().state != State.IDLE:
         pass
-    session.reset()
+    session.orders.reset()
     bench.tick()
     with pytest.raises(RequestError, match="on its way home"):
-        session.follow(MotorGoal(session.robot, [2.65, 0.52]), bench.now)
+        session.orders.follow(MotorGoal(session.robot, [2.65, 0.52]), bench.now)
     bench.push(-1e4, 0.0, 0.0)
     assert bench.tick().state == State.HALTED
-    session.follow(MotorGoal(session.robot, [2.65, 0.52]), bench.now)
+    session.orders.follow(MotorGoal(session.robot, [2.65, 0.52]), bench.now)
     assert not session.follower.returning
 
 
 def test_a_setpoint_that_is_dropped_while_commands_are_on_their_way_holds_them(bench):
     """Cancelled goals were said to hold, and the motors went on."""
     session, home = bench.session, bench.session.solver.current.equilibrium
-    session.begin_at(home, home.motors + 0.1, 0.0)
-    session.follow(MotorGoal(session.robot, home.motors + 0.2), bench.now)
+    begin_at(session, home, home.motors + 0.1, 0.0)
+    session.orders.follow(MotorGoal(session.robot, home.motors + 0.2), bench.now)
     assert bench.tick().state == State.ALIGNING
     held = bench.commands[-1]
-    session.drop()
+    session.orders.drop()
     for _ in range(5):
         assert bench.tick().state == State.PAUSED
     np.testing.assert_array_equal(bench.commands[-1], held)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from helpers.branches import stable_elsewhere
 from helpers.drive import PERIOD, robot
+from helpers.session_bench import ticked
 
 from cpr_core import CprError, solve_forward, solve_home, solve_inverse
 from cpr_ros.messages.conversions import Frames
@@ -14,6 +15,7 @@ from cpr_ros.operation.kept_state import LastState
 from cpr_ros.operation.session import Session
 from cpr_ros.operation.starting_place import (
     HELD,
+    begin_at,
     begin_at_commands,
     begin_at_home,
     begin_at_last,
@@ -63,7 +65,7 @@ def test_an_equilibrium_that_is_unstable_without_its_wrench_is_no_place_to_begin
 def test_measured_near_by_it_stays_on_its_branch_and_far_away_it_is_on_that_of_home(session):
     home = solve_home(session.robot)
     other = stable_elsewhere(session.robot)
-    session.begin_at(other, other.motors, 0.0)
+    begin_at(session, other, other.motors, 0.0)
     begin_at_measured(session, other.motors + 0.01)
     near = solve_forward(session.robot, other.motors + 0.01, start=other)
     np.testing.assert_allclose(at(session).platform_position, near.platform_position, atol=1e-9)
@@ -82,7 +84,7 @@ def test_measured_it_is_without_the_wrench_that_acted_last(session, wrench):
     assert not loads.conservative(session.robot.planar)
     measured = at(session).motors + 0.02
     pushed = solve_forward(session.robot, at(session).motors, loads=loads)
-    session.begin_at(pushed, pushed.motors, 0.0)
+    begin_at(session, pushed, pushed.motors, 0.0)
     begin_at_measured(session, measured)
     free = solve_forward(session.robot, measured)
     np.testing.assert_allclose(at(session).platform_position, free.platform_position, atol=1e-9)
@@ -95,12 +97,12 @@ def test_the_wrench_of_an_applied_solution_acts_no_more_and_it_is_said(session, 
     """One on the topic acts again in the next tick."""
     loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.2, -0.3, 0])
     pushed = solve_forward(session.robot, [2.7, 0.4], loads=loads)
-    session.begin_at(pushed, pushed.motors, 0.0)
+    begin_at(session, pushed, pushed.motors, 0.0)
     if told:
         session.wrench.take(loads, 0.0)
     said = begin_at_measured(session, pushed.motors)
     assert (", without the wrench of the solution that was applied" in said) == (not told)
-    session.tick(PERIOD)
+    ticked(session, PERIOD)
     acting = loads if told else session.robot.default_loads
     np.testing.assert_array_equal(at(session).loads.wrench_world, acting.wrench_world)
 
@@ -109,7 +111,7 @@ def test_a_robot_measured_where_only_a_wrench_held_it_is_not_placed_and_it_is_sa
     unstable = solve_inverse(session.robot, [0.0, 0.0])
     loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.01, 0, 0])
     held = solve_forward(session.robot, unstable.motors, start=unstable, loads=loads)
-    session.begin_at(held, held.motors, 0.0)
+    begin_at(session, held, held.motors, 0.0)
     with pytest.raises(CprError, match=r"measured at .* without external wrench, .* unstable"):
         begin_at_measured(session, held.motors + 0.01)
     assert at(session) is held
@@ -117,7 +119,7 @@ def test_a_robot_measured_where_only_a_wrench_held_it_is_not_placed_and_it_is_sa
 
 def test_words_tell_which_branch_does_not_lead_to_where_the_motors_are(session):
     unstable = solve_inverse(session.robot, [0.0, 0.0])
-    session.begin_at(unstable, unstable.motors, 0.0)
+    begin_at(session, unstable, unstable.motors, 0.0)
     with pytest.raises(CprError, match=r"the branch it is on, .* does not lead"):
         begin_at_measured(session, unstable.motors + 0.01)
     with pytest.raises(CprError, match="the branch of home does not lead"):
@@ -142,8 +144,7 @@ def test_home_is_gone_to_from_the_last_commands(session):
     assert session.commands.newest is None
     last = solve_forward(session.robot, home + [0.1, -0.1])
     assert "to home at max_speed" in begin_at_home(session, last.motors)
-    session.tick(PERIOD)
-    command = session.next_command(PERIOD)
+    _, command = ticked(session, PERIOD)
     assert 0.0 < np.abs(command - last.motors).max() <= PERIOD * (1.0 + 1e-5)
     assert begin_at_home(session, home) == "the last commands were those of home"
 
@@ -153,9 +154,8 @@ def test_home_is_gone_to_from_where_the_motors_are_measured(session):
     said = begin_at_home(session, measured, measured=True)
     assert said.startswith("commands go from where the motors are measured, ")
     command = None
-    while not session.admission.aligned:
-        session.tick(PERIOD)
-        before, command = session.commands.newest, session.next_command(PERIOD)
+    while not session.outgoing.aligned:
+        before, (_, command) = session.commands.newest, ticked(session, PERIOD)
         assert np.abs(command - before).max() <= PERIOD * (1.0 + 1e-5)
     home = solve_home(session.robot).motors
     np.testing.assert_array_equal(command, home)
@@ -164,11 +164,7 @@ def test_home_is_gone_to_from_where_the_motors_are_measured(session):
 
 def commands_within(session, seconds):
     """What leaves for the motors meanwhile."""
-    commands = []
-    for tick in range(round(seconds / PERIOD)):
-        now = tick * PERIOD
-        session.tick(now)
-        commands.append(session.next_command(now))
+    commands = [ticked(session, tick * PERIOD)[1] for tick in range(round(seconds / PERIOD))]
     return [command for command in commands if command is not None]
 
 
@@ -188,7 +184,7 @@ def test_home_is_not_gone_to_by_a_way_on_which_the_robot_would_snap(session):
     assert session.follower.paused
     assert commands_within(session, 0.1) == []
     np.testing.assert_array_equal(session.commands.newest, motors)
-    session.pause(False)  # somebody has looked
+    session.orders.pause(False)  # somebody has looked
     assert len(commands_within(session, 0.1)) > 10
 
 

@@ -13,12 +13,14 @@ from helpers.session_bench import LIVE, Bench
 from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import BLIND, State
+from cpr_ros.operation.live_changes import apply_live
+from cpr_ros.operation.starting_place import begin_at
 
 
 def test_motors_that_are_measured_no_more_are_missed(bench):
     """The action was NONE, whatever the motors did."""
     session = bench.session
-    session.apply(replace(LIVE, measured_timeout=1.5), bench.now)
+    apply_live(session, replace(LIVE, measured_timeout=1.5), bench.now)
     assert session.senses.unseen(bench.now) == ""  # nobody has measured them
     session.measured.refuse("names: expected motor1 motor2")
     assert "no measured motors are of use: names" in session.senses.unseen(bench.now)
@@ -27,7 +29,7 @@ def test_motors_that_are_measured_no_more_are_missed(bench):
     for later in (1.51, 100.0):  # the same words, which are not a new message every time
         why = session.senses.unseen(bench.now + later)
         assert why == "the measured motors are older than measured_timeout 1.5 s"
-    session.apply(replace(LIVE, measured_timeout=0.0), bench.now)
+    apply_live(session, replace(LIVE, measured_timeout=0.0), bench.now)
     assert session.senses.unseen(bench.now + 101.0) == ""
     tracked = Bench(motor_source="measured").session
     tracked.measured.refuse("names")
@@ -36,7 +38,7 @@ def test_motors_that_are_measured_no_more_are_missed(bench):
 
 def test_motors_that_come_again_are_measured_though_they_are_still_missed(bench):
     session, motors = bench.session, np.array([2.59, 0.55])
-    session.apply(replace(LIVE, measured_timeout=0.5), bench.now)
+    apply_live(session, replace(LIVE, measured_timeout=0.5), bench.now)
     session.take_measured(motors, bench.now)
     for later, comes, missed, again in (
         (0.4, False, False, True),
@@ -56,11 +58,11 @@ def test_what_is_not_seen_is_moved_at_half_the_speed(bench):
     """A supervisor was told of half the speed, and commands went out at the whole one."""
     session = bench.session
     home = session.solver.current.equilibrium
-    session.begin_at(home, home.motors, 0.0)
-    session.apply(replace(LIVE, measured_timeout=0.5), bench.now)
+    begin_at(session, home, home.motors, 0.0)
+    apply_live(session, replace(LIVE, measured_timeout=0.5), bench.now)
     session.take_measured(home.motors, bench.now)
     bench.now += 1.0
-    session.follow(MotorGoal(session.robot, home.motors + 0.1), bench.now, ages=False)
+    session.orders.follow(MotorGoal(session.robot, home.motors + 0.1), bench.now, ages=False)
 
     def fastest(ticks):
         sent = len(bench.commands)
@@ -79,9 +81,9 @@ def test_motors_do_not_follow_a_wrench_that_is_measured_no_more(bench):
     """A force sensor that died moved the motors by 0.3 rad, and the action was NONE."""
     session = bench.session
     home = session.solver.current.equilibrium
-    session.begin_at(home, home.motors, 0.0)
-    session.apply(replace(LIVE, wrench_timeout=0.5), bench.now)
-    session.follow(PoseGoal(session.robot, home.pose), bench.now, ages=False)
+    begin_at(session, home, home.motors, 0.0)
+    apply_live(session, replace(LIVE, wrench_timeout=0.5), bench.now)
+    session.orders.follow(PoseGoal(session.robot, home.pose), bench.now, ages=False)
     while bench.now < 1.0:
         bench.push(0.3, -0.3, 0.0)
         bench.tick()
@@ -95,7 +97,7 @@ def test_motors_do_not_follow_a_wrench_that_is_measured_no_more(bench):
     why = "the external wrench is older than wrench_timeout 0.5 s and acts no more"
     assert session.follower.dropped == why
     assert session.senses.unseen(bench.now) == session.senses.missing_wrench(bench.now) == why
-    session.follow(PoseGoal(session.robot, home.pose), bench.now, ages=False)
+    session.orders.follow(PoseGoal(session.robot, home.pose), bench.now, ages=False)
     while bench.tick().state != State.IDLE:  # who wants the pose all the same has it
         pass
     np.testing.assert_allclose(session.commands.newest, home.motors, atol=1e-7)
@@ -106,7 +108,7 @@ def test_motors_do_not_follow_a_wrench_that_is_measured_no_more(bench):
 def test_motors_that_are_measured_too_seldom_are_missed_all_along(bench):
     """The action was SLOW and NONE in turn, with every message, and the log told of each."""
     session = bench.session
-    session.apply(replace(LIVE, measured_timeout=0.5), bench.now)
+    apply_live(session, replace(LIVE, measured_timeout=0.5), bench.now)
     missed = []
     for twentieth in range(100):
         if twentieth % 20 == 0:
@@ -124,11 +126,11 @@ def test_a_correction_that_is_frozen_is_missed_only_for_want_of_a_pose(bench, mo
         (LoopStatus(Loop.FROZEN, "the robot is on its way"), ""),
         (LoopStatus(Loop.FROZEN, "the pose jumped", blind=True), "the pose jumped"),
     ):
-        monkeypatch.setattr(bench.session, "loop_status", lambda now, status=status: status)
+        monkeypatch.setattr(bench.session.loop, "status", lambda goal, now, told=status: told)
         assert bench.session.senses.unseen(bench.now) == unseen
-    monkeypatch.setattr(bench.session, "loop_status", lambda now: LoopStatus(Loop.CLOSED))
+    monkeypatch.setattr(bench.session.loop, "status", lambda goal, now: LoopStatus(Loop.CLOSED))
     assert bench.session.senses.unseen(bench.now + 0.5).startswith("the pose jumped; it came again")
-    monkeypatch.setattr(bench.session, "loop_status", lambda now: LoopStatus(Loop.OPEN))
+    monkeypatch.setattr(bench.session.loop, "status", lambda goal, now: LoopStatus(Loop.OPEN))
     assert bench.session.senses.unseen(bench.now + 0.5) == ""  # nobody asks where the platform is
-    monkeypatch.setattr(bench.session, "loop_status", lambda now: LoopStatus(Loop.CLOSED))
+    monkeypatch.setattr(bench.session.loop, "status", lambda goal, now: LoopStatus(Loop.CLOSED))
     assert bench.session.senses.unseen(bench.now + 0.5) == ""

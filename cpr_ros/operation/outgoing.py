@@ -1,0 +1,127 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Which motor commands leave the node: one ahead of its solution, the next, the last again, or none.
+
+None is farther from the one before than a tick's way, nor farther from the measured motors than they may
+be behind. No rclpy here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..following.measured_motors import MeasuredMotors
+from ..following.motor_commands import MotorCommands
+from ..following.motor_tracking import MotorTracking
+from ..following.moved_by_others import MovedByOthers
+from ..following.outcome import Outcome
+from ..following.setpoint_following import SetpointFollower
+from .solver import Solver
+
+__all__ = ["Outgoing"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass
+class Outgoing:
+    """What leaves for the motors, by where the robot is, where they are measured and who has moved them.
+
+    Attributes:
+        solver: Where the robot is believed to be.
+        follower: Setpoint following.
+        tracking: Tracking of measured motors; None: the node moves the motors.
+        commands: Where the motors are sent.
+        measured: Where they are measured.
+        others: Whether others have moved them.
+    """
+
+    solver: Solver
+    follower: SetpointFollower
+    tracking: MotorTracking | None
+    commands: MotorCommands
+    measured: MeasuredMotors
+    others: MovedByOthers
+
+    @property
+    def aligned(self) -> bool:
+        """Whether the motors have been sent where the node has the robot."""
+        return self.commands.aligned_with(self.solver.current.equilibrium.motors)
+
+    @property
+    def waits(self) -> bool:
+        """Whether commands wait for measured motors that are too far behind."""
+        return self.follower.waits or (self.commands.waits and not self.aligned)
+
+    def lag(self) -> str:
+        """That commands wait for motors that are too far behind, in words; empty if they do not."""
+        if not self.waits:
+            return ""
+        return (
+            f"the commands wait for a motor: it was measured as far behind as max_lead "
+            f"{self.commands.max_lead:g} s allows"
+        )
+
+    def part_in_reach(self, motors: Floats, now: float) -> float:
+        """Part of the way to motors, (n,), that commands may go: measured ones may be too far behind."""
+        max_speed = self.follower.settings.max_speed
+        return self.commands.part_in_reach(motors, max_speed, self.measured.newest_motors(now))
+
+    def ahead(self, aim: Floats, last: Outcome, now: float) -> Floats | None:
+        """The motor command of a tick, (n,) [rad or m], before the tick is solved; None: not before.
+
+        Should where it leads be refused after all, the next commands lead back, as they do wherever the
+        motors are not where the node has the robot.
+
+        Args:
+            aim: Where the tick takes the motors, (n,), which is judged already.
+            last: Of the tick before.
+            now: Steady time [s].
+        """
+        if self.commands.newest is None or self._held(last) or not self.aligned:
+            return None
+        return self._step_to(aim, now) if self.part_in_reach(aim, now) >= 1.0 else None
+
+    def next(self, outcome: Outcome, now: float) -> Floats | None:
+        """The motor command of a tick, (n,) [rad or m]; None where there is nothing new.
+
+        Where nothing is known of the motors, there is none before a setpoint is obeyed; one that asks
+        for what the node believes anyway is told to the motors too, which may be elsewhere.
+
+        Args:
+            outcome: Of the tick.
+            now: Steady time [s].
+        """
+        known = self.commands.newest is not None
+        nothing_new = self.aligned if known else not outcome.obeyed
+        if nothing_new or self._held(outcome):
+            return None
+        return self._step_to(self.solver.current.equilibrium.motors, now)
+
+    def repeated(self, now: float) -> Floats | None:
+        """The last motor command once more, (n,), for a controller that came later; None: there is none.
+
+        Motors that others have moved are not sent back, nor such that are farther off than new commands
+        may be ahead of them.
+        """
+        silent = self.tracking is not None or self.others.in_question or not self.commands.said
+        max_speed = self.follower.settings.max_speed
+        if silent or not self.commands.in_reach(self.measured.newest_motors(now), max_speed):
+            return None
+        return self.commands.newest
+
+    def _held(self, outcome: Outcome) -> bool:
+        """Whether no new command may leave the node, wherever the robot is to go."""
+        held_back = self.follower.paused or outcome.refusal is not None
+        return self.tracking is not None or held_back or bool(self.others.in_question)
+
+    def _step_to(self, motors: Floats, now: float) -> Floats | None:
+        max_speed = self.follower.settings.max_speed
+        command = self.commands.step_to(motors, max_speed, self.measured.newest_motors(now))
+        if command is not None:
+            self.others.commanded(now, command)
+        return command
