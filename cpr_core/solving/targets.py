@@ -26,6 +26,7 @@ __all__ = [
     "MotorTarget",
     "PoseTarget",
     "Target",
+    "apart",
     "check_rod_lengths",
     "pose_between",
 ]
@@ -60,7 +61,7 @@ class Target(Protocol):
     problem: ClassVar[ProblemName]
 
     def distance(self, start: Equilibrium) -> float:
-        """How far it is from the start to here, in radians and rod lengths."""
+        """How far it is from the start to here, in radians and rod lengths: see ``apart``."""
         ...
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
@@ -110,6 +111,32 @@ def _pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
     return row
 
 
+def apart(robot: Robot, problem: ProblemName, first: Floats, last: Floats) -> Floats:
+    """How far it is from imposed values to others, in radians and rod lengths, (...).
+
+    Largest change of a motor; of an effort, with EFFORT_UNIT E J / l (torques) or E J / l^2 as a radian;
+    of a pose the distance of the positions or the angle between the orientations.
+
+    Args:
+        robot: The robot.
+        problem: What is imposed.
+        first: Values as ``Target.given`` has them, (..., n) or (..., 12 + n).
+        last: As many.
+    """
+    largest: Floats
+    if problem == "motors":
+        largest = np.abs((last - first) / robot.motor_units).max(axis=-1, initial=0.0)
+    elif problem == "efforts":
+        largest = (np.abs(last - first) * robot.motor_units).max(axis=-1, initial=0.0)
+        largest = largest / (EFFORT_UNIT * robot.arrays.energy_unit)
+    else:
+        turns, places = slice(ROTATION, POSITION), slice(POSITION, IMPOSED_MOTORS)
+        cosines = 0.5 * ((first[..., turns] * last[..., turns]).sum(axis=-1) - 1.0)
+        moved = np.abs(last[..., places] - first[..., places]).max(axis=-1) / robot.mean_length
+        largest = np.maximum(moved, np.arccos(cosines.clip(-1.0, 1.0)))
+    return largest
+
+
 def _between(first: Floats, last: Floats, fraction: float) -> Floats:
     """Straight from one to the other, to the last bit where they are the same."""
     # A copy of the end, which is asked for most.
@@ -134,9 +161,7 @@ class MotorTarget:
             InvalidRequest: A rod length of zero or less.
         """
         check_rod_lengths(start.robot, self.motors)
-        if not self.motors.size:
-            return 0.0
-        return float(np.abs((self.motors - start.motors) / start.robot.motor_units).max())
+        return float(apart(start.robot, "motors", start.motors, self.motors))
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the motor positions."""
@@ -161,12 +186,8 @@ class EffortTarget:
     problem: ClassVar[ProblemName] = "efforts"
 
     def distance(self, start: Equilibrium) -> float:
-        """Largest change of an effort, with EFFORT_UNIT E J / l (torques) or E J / l^2 as a radian."""
-        if not self.efforts.size:
-            return 0.0
-        robot = start.robot
-        change = np.abs(self.efforts - start.efforts) * robot.motor_units
-        return float(change.max()) / (EFFORT_UNIT * robot.arrays.energy_unit)
+        """Largest change of an effort."""
+        return float(apart(start.robot, "efforts", start.efforts, self.efforts))
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the efforts."""
@@ -200,14 +221,13 @@ class PoseTarget:
 
     def distance(self, start: Equilibrium) -> float:
         """Distance of the positions, angle between the orientations, or way of a motor that is held."""
-        moved = float(np.max(np.abs(self.position - start.platform_position)))
-        cosine = 0.5 * (float(np.sum(self.rotation * start.platform_rotation)) - 1.0)
-        turned = float(np.arccos(min(1.0, max(-1.0, cosine))))
         robot, way = start.robot, 0.0
+        here = start.record[robot.state_size :][:IMPOSED_MOTORS]
+        there = np.concatenate([self.rotation.ravel(), self.position])
         if self.motors is not None and robot.held_motors:
             ways = np.abs(self.motors - start.motors) / robot.motor_units
             way = float(ways[list(robot.held_motors)].max())
-        return max(moved / robot.mean_length, turned, way)
+        return max(float(apart(robot, self.problem, here, there)), way)
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the position, single angles and held motors, about one axis in the orientation."""

@@ -18,7 +18,7 @@ from ..errors import InvalidRequest
 from ..kernels.continuation_kernel import WATCHED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes
-from ..kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
+from ..kernels.natural_units import LONGEST_STEP
 from ..kernels.prepared_robot import continue_prepared
 from ..kernels.problems import PROBLEMS, ProblemName
 from ..kernels.record_layout import INVERSE_SIGN, SIGNS
@@ -29,12 +29,13 @@ from ..validation import checked_matrix
 from .deadline import Deadline
 from .events import PathEvent
 from .geometrico_statics import checked_start
+from .held_problem import held
 from .limits import margins_along, may_be_kept_again, undisturbed
 from .near_request import ALONE
 from .objectives import objective_of
 from .redundant_walk import walk_to
 from .requests import pose_meaning, target_of
-from .targets import check_rod_lengths
+from .targets import apart, check_rod_lengths
 from .trace import Trace
 
 __all__ = ["trace_through"]
@@ -188,22 +189,17 @@ def _far_rows(
         watched = singularities or may_be_kept_again(robot, problem)
     if not watched:
         return np.array([count])
-    if problem == "pose":
-        given = np.concatenate([target_of(start, problem, row).given(start) for row in rows])
-        own = start.platform_rotation.ravel(), start.platform_position
-        turns = np.concatenate([own[0][None], given[:, :9]])
-        cosines = 0.5 * (np.sum(turns[1:] * turns[:-1], axis=1) - 1.0)
-        angles = np.arccos(np.clip(cosines, -1.0, 1.0))
-        moved = np.diff(given[:, 9:12], axis=0, prepend=own[1][None])
-        ways = np.maximum(np.abs(moved).max(axis=1) / robot.mean_length, angles)
-    elif problem == "motors":
-        moved = np.diff(rows, axis=0, prepend=start.motors[None])
-        ways = np.abs(moved / robot.motor_units).max(axis=1, initial=0.0)
-    else:
-        moved = np.diff(rows, axis=0, prepend=start.efforts[None]) * robot.motor_units
-        ways = np.abs(moved).max(axis=1, initial=0.0) / (EFFORT_UNIT * robot.arrays.energy_unit)
+    places = np.concatenate([held(start, problem).given(start), _given(start, problem, rows)])
+    ways = apart(robot, problem, places[:-1], places[1:])
     alone = _STABLE_ALONE if problem == "pose" and stable_only else ALONE
     return np.append(np.flatnonzero(ways > alone * LONGEST_STEP), count)
+
+
+def _given(start: Equilibrium, problem: ProblemName, rows: Floats) -> Floats:
+    """Requests as the kernels take them, one row each: see ``continue_equilibria``."""
+    if problem != "pose":
+        return np.array(rows)
+    return np.concatenate([target_of(start, problem, row).given(start) for row in rows])
 
 
 def _runs_through_poses(robot: Robot) -> bool:
@@ -220,12 +216,9 @@ def _run(
     if not found.loads.conservative(robot.planar):
         return start
     problem = _PROBLEM[kind]
-    if problem == "pose":
-        if not _runs_through_poses(robot):
-            return start
-        given = np.concatenate([target_of(start, "pose", row).given(start) for row in rows[first:]])
-    else:
-        given = np.array(rows[first:])
+    if problem == "pose" and not _runs_through_poses(robot):
+        return start
+    given = _given(start, problem, rows[first:])
     factors, records = kept_factors(robot.arrays), found.rows[first:]
     count = continue_prepared(
         robot.prepared,
