@@ -98,28 +98,30 @@ def trace_through(
     if len(given) != 1:
         named = " and ".join(name for name, _ in given) or "none"
         raise InvalidRequest("requests", f"expected one of motors, poses and efforts, got {named}")
-    kind, rows = given[0][0], _checked_rows(robot, *given[0])
+    problem, rows = _PROBLEM[given[0][0]], _checked_rows(robot, *given[0])
     deadline = Deadline(time_limit)
-    objective_of(start, _PROBLEM[kind], objective)
+    objective_of(start, problem, objective)
     last, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
-    far = _far_rows(start, kind, rows, stable_only, singularities)
+    conservative, imposed = found.loads.conservative(robot.planar), _imposed(start, problem, rows)
+    walked = _walked_to(start, problem, imposed, count, stable_only, singularities)
     while len(found) < count and stopped is None:
-        until = far[np.searchsorted(far, len(found))]
+        done = len(found)
+        until = walked[np.searchsorted(walked, done)]
         if not math.isinf(deadline.left):
-            until = min(until, len(found) + _BETWEEN_LOOKS)
-        unstable = last.index_free if kind == "efforts" else last.index_locked
-        quiet = last.loads is found.loads and not (stable_only and unstable)
-        if quiet and until > len(found) and not deadline.over:
-            last = _run(found, last, kind, rows[:until], singularities)
+            until = min(until, done + _BETWEEN_LOOKS)
+        unstable = last.index_free if problem == "efforts" else last.index_locked
+        quiet = conservative and last.loads is found.loads and not (stable_only and unstable)
+        if quiet and until > done and not deadline.over:
+            last = _run(found, last, problem, imposed[done:until], singularities)
             if len(found) == until:
                 continue
-        done = len(found)
+            done = len(found)
         walk = walk_to(
             last,
-            target_of(last, _PROBLEM[kind], rows[done]),
+            target_of(last, problem, rows[done]),
             found.loads,
-            objective=objective_of(last, _PROBLEM[kind], objective),
+            objective=objective_of(last, problem, objective),
             stable_only=stable_only,
             singularities=singularities,
             time_limit=deadline.left,
@@ -175,56 +177,59 @@ class _Records(Sequence[Equilibrium]):
         self.known += 1
 
 
-def _far_rows(
-    start: Equilibrium, kind: str, rows: Floats, stable_only: bool, singularities: bool
-) -> NDArray[np.int64]:
-    """Requests that are too far from the one before for one step, and how many there are, ascending.
+def _imposed(start: Equilibrium, problem: ProblemName, rows: Floats) -> Floats:
+    """Requests as the kernels take them, one row each: see ``continue_equilibria``.
 
-    That is where something may happen on the way that does not show at its ends.
+    Returns:
+        None of them where poses leave something free: it is known after each step only what they impose.
     """
-    robot, problem, count = start.robot, _PROBLEM[kind], len(rows)
-    if problem == "pose":
-        watched = _runs_through_poses(robot)
-    else:
-        watched = singularities or may_be_kept_again(robot, problem)
-    if not watched:
+    if problem != "pose":
+        return np.array(rows)
+    robot = start.robot
+    whole = len(robot.controlled_axes) == len(robot.platform_axes)
+    if not whole or robot.controls_angles or robot.redundancy:
+        return rows[:0]
+    return np.concatenate([target_of(start, problem, row).given(start) for row in rows])
+
+
+def _walked_to(
+    start: Equilibrium,
+    problem: ProblemName,
+    imposed: Floats,
+    count: int,
+    stable_only: bool,
+    singularities: bool,
+) -> NDArray[np.int64]:
+    """Requests that single steps do not lead to, and how many there are, ascending.
+
+    All of which it is not known what they impose. Else those too far from the one before: something may
+    happen on the way that does not show at its ends.
+    """
+    if not len(imposed):
+        return np.arange(count + 1)
+    if not (problem == "pose" or singularities or may_be_kept_again(start.robot, problem)):
         return np.array([count])
-    places = np.concatenate([held(start, problem).given(start), _given(start, problem, rows)])
-    ways = apart(robot, problem, places[:-1], places[1:])
+    places = np.concatenate([held(start, problem).given(start), imposed])
+    ways = apart(start.robot, problem, places[:-1], places[1:])
     alone = _STABLE_ALONE if problem == "pose" and stable_only else ALONE
     return np.append(np.flatnonzero(ways > alone * LONGEST_STEP), count)
 
 
-def _given(start: Equilibrium, problem: ProblemName, rows: Floats) -> Floats:
-    """Requests as the kernels take them, one row each: see ``continue_equilibria``."""
-    if problem != "pose":
-        return np.array(rows)
-    return np.concatenate([target_of(start, problem, row).given(start) for row in rows])
-
-
-def _runs_through_poses(robot: Robot) -> bool:
-    """Whether poses are imposed as a whole: else it is known after each step what is not imposed."""
-    whole = len(robot.controlled_axes) == len(robot.platform_axes)
-    return whole and not robot.controls_angles and robot.redundancy == 0
-
-
 def _run(
-    found: _Records, start: Equilibrium, kind: str, rows: Floats, singularities: bool
+    found: _Records,
+    start: Equilibrium,
+    problem: ProblemName,
+    imposed: Floats,
+    singularities: bool,
 ) -> Equilibrium:
     """Go on in compiled code as far as nothing happens; the last equilibrium."""
-    robot, first = found.robot, len(found)
-    if not found.loads.conservative(robot.planar):
-        return start
-    problem = _PROBLEM[kind]
-    if problem == "pose" and not _runs_through_poses(robot):
-        return start
-    given = _given(start, problem, rows[first:])
-    factors, records = kept_factors(robot.arrays), found.rows[first:]
+    robot = found.robot
+    factors, records = kept_factors(robot.arrays), found.rows[len(found) :]
     count = continue_prepared(
         robot.prepared,
         found.load_arrays,
         PROBLEMS[problem],
-        given,
+        imposed,
         WATCHED,
         *Tolerances(),
         start.record,
@@ -236,7 +241,7 @@ def _run(
     found.known += quiet
     if quiet == 0:
         return start
-    return found.value(len(found) - 1, factors if quiet == len(given) else None)
+    return found.value(len(found) - 1, factors if quiet == len(imposed) else None)
 
 
 def _quiet(found: _Records, start: Equilibrium, records: Floats, singularities: bool) -> int:
