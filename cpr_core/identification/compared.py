@@ -21,6 +21,7 @@ from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_log, skew
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
+from ..model.platform_coordinates import six_components
 from ..model.robot import Robot
 from ..solving.parameter_derivatives import derivatives
 from ..validation import ReadOnlyArrays
@@ -161,9 +162,7 @@ def compared_row(
 def _moved_by_drive(equilibrium: Equilibrium, driving: NDArray[np.bool_]) -> Floats:
     """How everything follows what drives, to first order, (M, D)."""
     robot, model = equilibrium.robot, kinemato_statics(equilibrium)
-    body = np.zeros((6, robot.motor_count))
-    body[robot.platform_axes] = model.jacobian
-    turn = equilibrium.platform_rotation
+    body, turn = six_components(robot.platform_axes, model.jacobian), equilibrium.platform_rotation
     by_motors = joined(
         robot,
         {

@@ -16,6 +16,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..kernels.twist_layout import ANGULAR
+from ..model.platform_coordinates import six_components
 from ..model.robot import Robot
 from ..model.world_response import WorldResponse
 from ..validation import ReadOnlyArrays, cached_array
@@ -135,8 +136,7 @@ class FeltDirections(ReadOnlyArrays):
 
     def _rows(self, part: slice) -> Floats:
         """Directions as world wrenches of 1 N, moments counted over the mean rod length."""
-        rows = np.zeros((len(range(*part.indices(len(self.answers)))), 6))
-        rows[:, self.robot.platform_axes] = self.directions[:, part].T
+        rows = six_components(self.robot.platform_axes, self.directions[:, part]).T
         rows[:, ANGULAR] *= self.robot.mean_length
         return rows
 

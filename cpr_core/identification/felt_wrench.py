@@ -20,6 +20,7 @@ from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
 from ..lie import turned
 from ..model.equilibrium import Equilibrium
+from ..model.platform_coordinates import six_components
 from ..model.robot import Robot, checked_robot
 from ..model.world_response import world_response, wrench_units
 from ..solving.deadline import Deadline
@@ -324,11 +325,7 @@ class _Search:
 
     def _world(self, wrench: Floats) -> Floats:
         """A wrench in natural units as a world wrench, (6,) [N m, N]."""
-        if len(wrench) == 6:
-            return wrench * self.units
-        world = np.zeros(6)
-        world[self.robot.platform_axes] = wrench * self.units
-        return world
+        return six_components(self.robot.platform_axes, wrench * self.units)
 
     def _estimate(self, end: _End, unloaded: Equilibrium) -> WrenchEstimate:
         """What was found; the last step counts to first order."""

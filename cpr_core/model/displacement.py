@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_exp
 from .model_state import Configuration
+from .platform_coordinates import six_components
 from .robot import Robot
 
 __all__ = ["displaced"]
@@ -37,8 +38,8 @@ def displaced(
         platform_position: p_p in the world, (3,) [m].
         change: In state order and units, (N,).
     """
-    change, twist = change.copy(), np.zeros(6)
-    twist[robot.platform_axes] = change[robot.platform_indices]
+    twist = six_components(robot.platform_axes, change[robot.platform_indices])
+    change = change.copy()
     change[robot.platform_indices] = 0.0
     turned = rotation_exp(twist[ANGULAR]) @ platform_rotation
     return Configuration(state + change, turned, platform_position + twist[LINEAR])

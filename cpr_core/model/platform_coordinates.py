@@ -14,8 +14,9 @@ from ..description.controlled_coordinates import CONTROLLED_COORDINATES
 from ..description.robot_description import RobotDescription
 from ..validation import read_only
 
-__all__ = ["PlatformCoordinates", "platform_coordinates"]
+__all__ = ["PlatformCoordinates", "platform_coordinates", "six_components"]
 
+Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
@@ -47,3 +48,15 @@ def platform_coordinates(description: RobotDescription) -> PlatformCoordinates:
         controlled=read_only(np.array(controlled, dtype=np.int64)),
         controls_angles=any(coordinate.is_single_angle for coordinate in coordinates),
     )
+
+
+def six_components(axes: Integers, own: Floats) -> Floats:
+    """Twists or wrenches, (6, ...), of which a platform has some components: the others are zero.
+
+    Args:
+        axes: Components it has.
+        own: Their values, (b, ...).
+    """
+    found = np.zeros((6, *own.shape[1:]))
+    found[axes] = own
+    return found

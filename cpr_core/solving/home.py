@@ -18,6 +18,7 @@ from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium, spectrum
 from ..model.model_state import Configuration, evaluate
+from ..model.platform_coordinates import six_components
 from ..model.robot import Robot, checked_robot, kept_with_robot
 from ..model.shape import tip_poses
 from .assembly import assemble, settle, turned_over, with_best_multipliers
@@ -295,8 +296,8 @@ def _in_words(robot: Robot, loose: Floats) -> str:
     moved = np.linalg.norm(motions / lengths[:, None], axis=0)
     if not np.any(moved > _LOOSE):
         return _loose_joint(robot, loose)
-    twist = np.zeros(6)
-    twist[robot.platform_axes] = (motions / lengths[:, None])[:, int(moved.argmax())]
+    motion = (motions / lengths[:, None])[:, int(moved.argmax())]
+    twist = six_components(robot.platform_axes, motion)
     turns = np.linalg.norm(twist[ANGULAR]) > np.linalg.norm(twist[LINEAR])
     part = twist[ANGULAR] if turns else twist[LINEAR]
     axis = ", ".join(f"{value:.2g}" for value in part / np.linalg.norm(part) + 0.0)

@@ -22,6 +22,7 @@ from ..kernels.parameter_kernel import answer_rates
 from ..kernels.problems import PROBLEMS, ProblemName
 from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..model.equilibrium import Equilibrium, check_equilibrium
+from ..model.platform_coordinates import six_components
 from ..model.residual_rates import residual_rates
 from ..model.robot import Robot, kept_with_robot
 from ..validation import ReadOnlyArrays
@@ -98,8 +99,7 @@ def derivatives(
     named = _named(equilibrium.robot, checked_paths(parameters))
     states, efforts = _state_derivatives(equilibrium, named, problem)
     robot, count = equilibrium.robot, len(named)
-    twist = np.zeros((6, count))
-    twist[robot.platform_axes] = states[robot.platform_indices]
+    twist = six_components(robot.platform_axes, states[robot.platform_indices])
     turned = equilibrium.platform_rotation.T
     body = (turned @ twist.reshape(2, 3, count)).reshape(6, count)
     slopes = stability_slopes(equilibrium, named, states, wanted)

@@ -11,12 +11,14 @@ import numpy as np
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.msg import Singularity as SingularityMessage
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict
+from geometry_msgs.msg import Twist
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, kinemato_statics, spectrum
 from cpr_core.errors import InvalidRequest
 from cpr_core.model.kinemato_statics import KinematoStatics
 from cpr_core.model.linear_problems import LinearProblem, Singularity
+from cpr_core.model.platform_coordinates import six_components
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError
@@ -116,7 +118,7 @@ def fill_prediction(
         )
     response.motor_increments = found.motors.tolist()
     response.effort_increments = found.efforts.tolist()
-    response.platform_increment = twist_message(_whole(robot, found.platform))
+    response.platform_increment = _twist(robot, found.platform)
 
 
 def fill_stability(
@@ -143,7 +145,7 @@ def fill_stability(
     response.margin = found.margin
     response.inverse_condition_number = found.inverse_condition_number
     response.softest_motors = motion[robot.motor_indices].tolist()
-    response.softest_platform = twist_message(_whole(robot, motion[robot.platform_indices]))
+    response.softest_platform = _twist(robot, motion[robot.platform_indices])
 
 
 def _singularity(
@@ -159,22 +161,18 @@ def singularity_message(robot: Robot, found: Singularity) -> SingularityMessage:
         inverse_condition_number=found.inverse_condition_number,
         sign=found.sign,
         null_motors=found.motors.tolist(),
-        null_platform=twist_message(_whole(robot, found.platform)),
+        null_platform=_twist(robot, found.platform),
     )
 
 
-def _whole(robot: Robot, platform: Floats) -> Floats:
-    """A platform vector with zeros for what a planar platform does not have, [omega; v], (6,)."""
-    whole = np.zeros(6)
-    whole[robot.platform_axes] = platform
-    return whole
+def _twist(robot: Robot, platform: Floats) -> Twist:
+    """A motion of the platform, (b,), as a message."""
+    return twist_message(six_components(robot.platform_axes, platform))
 
 
 def _rows(robot: Robot, matrix: Floats) -> Floats:
     """A matrix with platform rows, made whole and put in the order of messages, (6, ...)."""
-    whole = np.zeros((6, matrix.shape[1]))
-    whole[robot.platform_axes] = matrix
-    return whole[LINEAR_FIRST]
+    return six_components(robot.platform_axes, matrix)[LINEAR_FIRST]
 
 
 def message_matrix(robot: Robot, matrix: Floats) -> Floats:
