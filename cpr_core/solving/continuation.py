@@ -33,7 +33,7 @@ from .bracketing import (
     landing,
 )
 from .events import EventKind, PathEvent
-from .hidden_changes import may_hide
+from .hidden_changes import Hidden, hidden_between
 from .limits import Limit, grazes, limit_error
 from .path import OutOfTime, Path, Point, Tangent
 from .targets import Target
@@ -55,10 +55,10 @@ SEVERAL = "several branches cross, none of them goes on alone"
 MOST_ARCS, MOST_ARCS_PAST_FOLDS = 300, 3000
 
 
-def _hides(other: Point, first: Point, last: Point) -> tuple[bool, ...]:
+def _hidden_beside(other: Point, first: Point, last: Point) -> Hidden:
     """What may have happened, and been undone, between two points, beside a third one."""
     places = other.fraction, first.fraction, last.fraction
-    return may_hide(places, (other.watched, first.watched, last.watched))
+    return hidden_between(places, (other.watched, first.watched, last.watched))
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,19 +206,19 @@ class _Walker:
             else:
                 half = 0.5 * (ahead - point.fraction)
                 hidden = self._hidden(before, point, next_point)
-                if any(hidden):
+                if hidden:
                     if half >= SMALLEST_STEP * longest:
                         step = half
                         continue
-                    if hidden[-1] and self._several_meet(point, next_point):
+                    if Hidden.SINGULARITY in hidden and self._several_meet(point, next_point):
                         return self._end(point, "bifurcation", SEVERAL)
                 step = min(longest, 2.0 * max(2.0 * half, step))
                 before, point = point, next_point
             self._keep(point)
         return self._done(point)
 
-    def _hidden(self, before: Point | None, point: Point, next_point: Point) -> tuple[bool, ...]:
-        """Which of what is watched may have happened, and been undone, between two points.
+    def _hidden(self, before: Point | None, point: Point, next_point: Point) -> Hidden:
+        """What may have happened, and been undone, between two points.
 
         Args:
             before: The point before them; None: there is none, a point in the middle tells instead.
@@ -226,29 +226,29 @@ class _Walker:
             next_point: The next one.
         """
         if grazes(point.margins, next_point.margins):
-            return (True, False)  # a limit
-        if not point.watched:
-            return ()
+            return Hidden.MARGIN
+        if not any(point.watched):
+            return Hidden.NOTHING
         step = next_point.fraction - point.fraction
         if before is not None and point.fraction - before.fraction > SMALLEST_STEP * step:
-            return _hides(before, point, next_point)
+            return _hidden_beside(before, point, next_point)
         middle = self.path.at(point, point.fraction + 0.5 * step)
         if middle is None or differ(point, middle):
-            return (True,)
-        halves = _hides(next_point, point, middle), _hides(point, middle, next_point)
-        return tuple(map(any, zip(*halves, strict=True)))
+            return Hidden.MARGIN | Hidden.SINGULARITY
+        first_half = _hidden_beside(next_point, point, middle)
+        return first_half | _hidden_beside(point, middle, next_point)
 
     def _several_meet(self, point: Point, next_point: Point) -> bool:
         """Whether several branches meet between two neighbours, on symmetric ways of symmetric robots.
 
         Two singular values pass zero together, so that no sign tells.
         """
-        if self.path.problem != "pose":
+        if self.path.problem != "pose" or not point.watched.singularity:
             return False
 
         def nearness(fraction: float) -> float:
             found = self.path.at(point, fraction)
-            return np.inf if found is None else abs(found.watched[-1])
+            return np.inf if found is None else abs(found.watched.singularity[0])
 
         ends = point.fraction, next_point.fraction
         nearest = scipy.optimize.minimize_scalar(
@@ -309,11 +309,9 @@ class _Walker:
             elif (
                 before is not None
                 and length > FIRST_ARC * SMALLEST_STEP
-                and any(
-                    may_hide(
-                        (-length_before, 0.0, length),
-                        (before.watched, point.watched, next_point.watched),
-                    )
+                and hidden_between(
+                    (-length_before, 0.0, length),
+                    (before.watched, point.watched, next_point.watched),
                 )
             ):
                 arc = 0.5 * length

@@ -13,8 +13,10 @@ seen to be: singular values turn sharply. But what leaves zero evenly does not t
 from __future__ import annotations
 
 from collections.abc import Iterable
+from enum import Flag, auto
+from typing import NamedTuple
 
-__all__ = ["may_hide", "may_hide_in_one_step"]
+__all__ = ["Hidden", "Watched", "hidden_between", "may_hide", "may_hide_in_one_step"]
 
 #: How much more values may be bent within a step, and how much steeper they may be, than three of them
 #: tell.
@@ -28,11 +30,40 @@ _ROUNDING = 1e-9
 _STEEP = 100.0
 
 
+class Watched(NamedTuple):
+    """What must not change its sign unseen within a step, dimensionless.
+
+    Attributes:
+        margins: Of limits that may be passed and kept again, and of stability.
+        singularity: Distance from an inverse singularity, one number; none where it is not watched.
+    """
+
+    margins: tuple[float, ...]
+    singularity: tuple[float, ...]
+
+
+class Hidden(Flag):
+    """What may have happened within a step, and been undone."""
+
+    NOTHING = 0
+    MARGIN = auto()
+    SINGULARITY = auto()
+
+
+def hidden_between(
+    places: tuple[float, float, float], watched: tuple[Watched, Watched, Watched]
+) -> Hidden:
+    """What may have happened, and been undone, between the second and the third place, as `may_hide`."""
+    margins, singularities = zip(*watched, strict=True)
+    found = Hidden.MARGIN if may_hide(places, margins) else Hidden.NOTHING
+    return found | Hidden.SINGULARITY if may_hide(places, singularities) else found
+
+
 def may_hide(
     places: tuple[float, float, float],
     values: tuple[Iterable[float], Iterable[float], Iterable[float]],
-) -> tuple[bool, ...]:
-    """Which values may have been on the other side of zero between the second and the third place.
+) -> bool:
+    """Whether a value may have been on the other side of zero between the second and the third place.
 
     Args:
         places: Where values are known, along the way in any unit; the first one before the second or
@@ -42,15 +73,15 @@ def may_hide(
     other, first, last = places
     step, behind = last - first, other > last
     aside, across = (last if behind else first) - other, (first if behind else last) - other
-    found = []
     for of_other, of_first, of_last in zip(*values, strict=True):
         slope = (of_last - of_first) / step
         slope_aside = ((of_last if behind else of_first) - of_other) / aside
         bend = _BENT_MORE * abs((slope - slope_aside) * 2.0 * step**2 / across)
         fall = _STEEPER * max(abs(slope), abs(slope_aside)) * step
         steep = _steep(of_first, of_last, fall)
-        found.append(of_first * of_last >= 0.0 and (steep or _bent(of_first, of_last, bend)))
-    return tuple(found)
+        if of_first * of_last >= 0.0 and (steep or _bent(of_first, of_last, bend)):
+            return True
+    return False
 
 
 def may_hide_in_one_step(before: float, after: float, length: float) -> bool:

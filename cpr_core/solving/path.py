@@ -30,6 +30,7 @@ from ..model.equilibrium import Equilibrium, described, stepped
 from ..model.smallest_singular_value import smallest_singular_value
 from ..validation import cached_property
 from .deadline import Deadline
+from .hidden_changes import Watched
 from .limits import Limit, margins, may_be_kept_again, violated
 from .targets import Imposed, Target
 
@@ -82,8 +83,7 @@ class Point:
         inverse_sign: Sign of the determinant of the inverse problem; 0 where it is not watched.
         margins: How far the limits are, (K,).
         violated: Limits that do not hold.
-        watched: What must not change its sign unseen within a step: the margins of limits that may be
-            passed and kept again, the margin of stability, the distance from an inverse singularity.
+        watched: What must not change its sign unseen within a step.
         tangent: Tangent of the branch, where it was followed by arc length; None: to larger fractions.
     """
 
@@ -94,7 +94,7 @@ class Point:
     inverse_sign: int
     margins: Floats
     violated: frozenset[Limit]
-    watched: tuple[float, ...]
+    watched: Watched
     tangent: Tangent | None = None
 
     @property
@@ -352,26 +352,22 @@ class Path:
             watched=self._watched(equilibrium, margin, inverse_sign),
         )
 
-    def _watched(
-        self, equilibrium: Equilibrium, margin: Floats, inverse_sign: int
-    ) -> tuple[float, ...]:
-        """What must not change its sign unseen, dimensionless.
+    def _watched(self, equilibrium: Equilibrium, margin: Floats, inverse_sign: int) -> Watched:
+        """What must not change its sign unseen.
 
         Symmetric robots pass inverse singularities with two singular values at once: the determinant
         keeps its sign, and Newton's method may not see it.
         """
-        values = list[float]()
+        values, distance = list[float](), list[float]()
         if self._limits_return:
             sides = self._robot.motor_limits.sides_left(equilibrium.motors, equilibrium.efforts)
             values += sides[np.isfinite(sides)].tolist()
             values += margin[len(self._robot.motor_limits.order) :].tolist()
-        if not self.conservative:
-            return tuple(values)
-        if self._stability:
+        if self.conservative and self._stability:
             values.append(equilibrium.margin)
-        if self._inverse:
-            values.append(inverse_sign * smallest_singular_value(equilibrium, True, None))
-        return tuple(values)
+        if self.conservative and self._inverse:
+            distance.append(inverse_sign * smallest_singular_value(equilibrium, True, None))
+        return Watched(tuple(values), tuple(distance))
 
     def _loads_at(self, fraction: float) -> LoadArrays:
         """Loads part of the way; all entries are linear in what is given."""

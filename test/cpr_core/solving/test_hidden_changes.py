@@ -22,7 +22,13 @@ from cpr_core import (
     trace_through,
 )
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.solving.hidden_changes import may_hide, may_hide_in_one_step
+from cpr_core.solving.hidden_changes import (
+    Hidden,
+    Watched,
+    hidden_between,
+    may_hide,
+    may_hide_in_one_step,
+)
 
 #: A way of rfrfr in its plane on which it is unstable from 0.89 to 0.998, and stable at both ends.
 UNSTABLE_BETWEEN = (
@@ -63,22 +69,22 @@ def test_what_falls_below_zero_and_rises_again_may_hide(middle, depth, bend, asi
         for other in (-aside, 1.0 + aside):
             for sign in (1.0, -1.0):
                 values = tuple([sign * value(place)] for place in (other, 0.0, 1.0))
-                assert may_hide((other, 0.0, 1.0), values) == (True,)
+                assert may_hide((other, 0.0, 1.0), values)
 
 
 @given(slope=st.floats(-5.0, 5.0), start=st.floats(0.0, 2.0), aside=lengths)
 def test_nothing_hides_where_values_are_far_from_zero_beside_their_change(slope, start, aside):
     values = tuple([abs(slope) * (2.0 + aside) + start + slope * x] for x in (-aside, 0.0, 1.0))
-    assert not any(may_hide((-aside, 0.0, 1.0), values))
+    assert not may_hide((-aside, 0.0, 1.0), values)
 
 
 def test_what_shows_does_not_hide():
-    assert not any(may_hide((-1.0, 0.0, 1.0), ([2.0, -1.0], [0.1, -0.1], [-0.2, 0.3])))
+    assert not may_hide((-1.0, 0.0, 1.0), ([2.0, -1.0], [0.1, -0.1], [-0.2, 0.3]))
 
 
 def test_nor_does_what_stays_at_zero():
     """A motor at the end of its range while others move."""
-    assert not any(may_hide((-1.0, 0.0, 1.0), ([0.0], [0.0], [0.0])))
+    assert not may_hide((-1.0, 0.0, 1.0), ([0.0], [0.0], [0.0]))
 
 
 @pytest.mark.parametrize("other", [-1.0, 2.0])
@@ -89,7 +95,24 @@ def test_nor_does_what_leaves_zero_evenly(other):
         if other < 0.0
         else ([0.3 * place] for place in (other, 0.0, 1.0))
     )
-    assert not any(may_hide((other, 0.0, 1.0), tuple(line)))
+    assert not may_hide((other, 0.0, 1.0), tuple(line))
+
+
+@pytest.mark.parametrize(
+    ("margin", "singularity", "expected"),
+    [
+        (0.01, [0.01], Hidden.MARGIN | Hidden.SINGULARITY),
+        (0.01, [9.0], Hidden.MARGIN),
+        (9.0, [0.01], Hidden.SINGULARITY),
+        (0.01, [], Hidden.MARGIN),
+        (9.0, [], Hidden.NOTHING),
+    ],
+)
+def test_what_hides_is_told_apart(margin, singularity, expected):
+    """Values that fall by one in the step before, and are as near to zero at both ends of the next."""
+    now = Watched((margin,), tuple(singularity))
+    before = Watched((margin + 1.0,), tuple(value + 1.0 for value in singularity))
+    assert hidden_between((-1.0, 0.0, 1.0), (before, now, now)) == expected
 
 
 def test_one_step_is_long_where_it_ends_near_zero():
