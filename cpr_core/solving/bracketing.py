@@ -19,6 +19,7 @@ import scipy
 
 from ..model.configurations import configuration_distance
 from .limits import ROUNDING
+from .passed_events import differ
 from .path import Path, Point, Tangent
 
 __all__ = [
@@ -27,7 +28,6 @@ __all__ = [
     "along",
     "bracket_by_arc_length",
     "bracket_by_fraction",
-    "differ",
     "distance",
     "landing",
 ]
@@ -47,17 +47,6 @@ _STEADY, _ROUNDED = 0.5, 1e-12
 #: Arc length before and after an event at which its kind is told: at a fold itself both the direction
 #: and the determinant vanish to rounding.
 ASIDE = 1e-3
-
-
-def differ(low: Point, high: Point) -> bool:
-    """Whether something happens between two points of a path."""
-    return (
-        low.index != high.index
-        or low.sign != high.sign
-        or low.forward != high.forward
-        or not high.violated <= low.violated
-        or low.inverse_sign != high.inverse_sign
-    )
 
 
 def along(path: Path, point: Point, tangent: Tangent, arc: float) -> Point | None:

@@ -28,13 +28,13 @@ from .bracketing import (
     along,
     bracket_by_arc_length,
     bracket_by_fraction,
-    differ,
     distance,
     landing,
 )
 from .events import EventKind, PathEvent
 from .hidden_changes import Hidden, hidden_between
-from .limits import Limit, grazes, limit_error
+from .limits import Limit, grazes
+from .passed_events import differ, event_between, limit_passed
 from .path import OutOfTime, Path, Point, Tangent
 from .targets import Target
 
@@ -348,46 +348,17 @@ class _Walker:
 
     def _passed(self, low: Point, high: Point) -> bool:
         """Note what happens between two neighbours; whether it stops the walk."""
-        kind, text = self._kind(low, high)
-        if kind is None:
+        event = event_between(self.path, low, high)
+        if event is None:
             return False
-        self.events.append(
-            PathEvent(
-                kind=kind,
-                fraction=low.fraction,
-                equilibrium=low.equilibrium,
-                index_before=low.index,
-                index_after=high.index,
-                message=text,
-            )
-        )
-        if kind in ("motor_limit", "effort_limit", "strain_limit"):
+        self.events.append(event)
+        limit = limit_passed(low, high)
+        if limit is not None:
+            self.violation = limit, high.equilibrium
             return True
         if self.stable_only and high.index > 0:
             return True
-        return kind == "fold" and not self.past_folds
-
-    def _kind(self, low: Point, high: Point) -> tuple[EventKind | None, str]:
-        new = high.violated - low.violated
-        if new:
-            violation = min(new, key=lambda limit: (limit.number, limit.kind))
-            self.violation = violation, high.equilibrium
-            return violation.kind, str(limit_error(high.equilibrium, violation))
-        change = f"index {low.index} -> {high.index}"
-        if low.forward != high.forward:
-            return "fold", f"the branch turns back ({change})"
-        if low.side != high.side:
-            return "bifurcation", f"another branch crosses ({change})"
-        if not self.path.conservative:
-            return None, ""  # the index has no meaning; that the branch goes on was to be seen
-        if low.index != high.index and self.path.problem != "pose":
-            return "bifurcation", f"several branches cross ({change})"
-        if low.index != high.index:
-            gained = "lost" if high.index > low.index else "gained"
-            return "stability", f"stability is {gained} ({change})"
-        if low.inverse_sign != high.inverse_sign:
-            return "singularity", "an inverse singularity is passed"
-        return None, ""
+        return event.kind == "fold" and not self.past_folds
 
     def _keep(self, point: Point, every: bool = False) -> None:
         """Keep a point that was asked for, and tell how far it is."""

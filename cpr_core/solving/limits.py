@@ -22,6 +22,7 @@ __all__ = [
     "ROUNDING",
     "Limit",
     "check_limits",
+    "first_of",
     "grazes",
     "limit_error",
     "limits_of",
@@ -158,6 +159,11 @@ def violated(robot: Robot, margin: Floats) -> frozenset[Limit]:
     return frozenset(limits[number] for number in np.flatnonzero(margin < -ROUNDING))
 
 
+def first_of(limits: frozenset[Limit]) -> Limit | None:
+    """That of the first motor or rod; None: there are none."""
+    return min(limits, key=lambda limit: (limit.number, limit.kind), default=None)
+
+
 def limit_error(
     equilibrium: Equilibrium,
     limit: Limit,
@@ -199,6 +205,6 @@ def check_limits(equilibrium: Equilibrium) -> None:
         MotorLimitExceeded: A motor beyond its position range or its effort.
         StrainLimitExceeded: A rod beyond its yield strain.
     """
-    found = violated(equilibrium.robot, margins(equilibrium))
-    if found:
-        raise limit_error(equilibrium, min(found, key=lambda limit: (limit.number, limit.kind)))
+    limit = first_of(violated(equilibrium.robot, margins(equilibrium)))
+    if limit is not None:
+        raise limit_error(equilibrium, limit)

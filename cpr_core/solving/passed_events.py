@@ -1,0 +1,65 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What happens between two neighbouring points of a path: whether anything does, and what it is."""
+
+from __future__ import annotations
+
+from .events import EventKind, PathEvent
+from .limits import Limit, first_of, limit_error
+from .path import Path, Point
+
+__all__ = ["differ", "event_between", "limit_passed"]
+
+
+def differ(low: Point, high: Point) -> bool:
+    """Whether something happens between two points of a path."""
+    return (
+        low.index != high.index
+        or low.sign != high.sign
+        or low.forward != high.forward
+        or not high.violated <= low.violated
+        or low.inverse_sign != high.inverse_sign
+    )
+
+
+def limit_passed(low: Point, high: Point) -> Limit | None:
+    """The limit that holds at the first of two points and not at the second."""
+    return first_of(high.violated - low.violated)
+
+
+def event_between(path: Path, low: Point, high: Point) -> PathEvent | None:
+    """What happens between two neighbours; None: nothing."""
+    kind, text = _kind(path, low, high)
+    if kind is None:
+        return None
+    return PathEvent(
+        kind=kind,
+        fraction=low.fraction,
+        equilibrium=low.equilibrium,
+        index_before=low.index,
+        index_after=high.index,
+        message=text,
+    )
+
+
+def _kind(path: Path, low: Point, high: Point) -> tuple[EventKind | None, str]:
+    """Kind of the event between two neighbours, and what it is in words."""
+    limit = limit_passed(low, high)
+    if limit is not None:
+        return limit.kind, str(limit_error(high.equilibrium, limit))
+    change = f"index {low.index} -> {high.index}"
+    if low.forward != high.forward:
+        return "fold", f"the branch turns back ({change})"
+    if low.side != high.side:
+        return "bifurcation", f"another branch crosses ({change})"
+    if not path.conservative:
+        return None, ""  # the index has no meaning; that the branch goes on was to be seen
+    if low.index != high.index and path.problem != "pose":
+        return "bifurcation", f"several branches cross ({change})"
+    if low.index != high.index:
+        gained = "lost" if high.index > low.index else "gained"
+        return "stability", f"stability is {gained} ({change})"
+    if low.inverse_sign != high.inverse_sign:
+        return "singularity", "an inverse singularity is passed"
+    return None, ""
