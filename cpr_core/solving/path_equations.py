@@ -174,8 +174,8 @@ class PathEquations:
         sides = []
         for beside in (fraction + _RATE_STEP, fraction - _RATE_STEP):
             other, imposed = self.imposed(place, beside)
-            there = evaluate(self._robot, self.loads_at(beside), *other)
-            sides.append(self.residual(there, imposed))
+            value_beside = evaluate(self._robot, self.loads_at(beside), *other)
+            sides.append(self.residual(value_beside, imposed))
         return (sides[0] - sides[1]) / (2.0 * _RATE_STEP)
 
     def _imposed_rates(self, place: Configuration, fraction: float) -> tuple[Floats, Floats]:

@@ -222,12 +222,12 @@ class PoseTarget:
     def distance(self, start: Equilibrium) -> float:
         """Distance of the positions, angle between the orientations, or way of a motor that is held."""
         robot, way = start.robot, 0.0
-        here = start.record[robot.state_size :][:IMPOSED_MOTORS]
-        there = np.concatenate([self.rotation.ravel(), self.position])
+        start_pose = start.record[robot.state_size :][:IMPOSED_MOTORS]
+        target_pose = np.concatenate([self.rotation.ravel(), self.position])
         if self.motors is not None and robot.held_motors:
             ways = np.abs(self.motors - start.motors) / robot.motor_units
             way = float(ways[list(robot.held_motors)].max())
-        return max(float(apart(robot, self.problem, here, there)), way)
+        return max(float(apart(robot, self.problem, start_pose, target_pose)), way)
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
         """Straight in the position, single angles and held motors, about one axis in the orientation."""
