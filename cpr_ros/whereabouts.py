@@ -17,7 +17,8 @@ from cpr_core import CprError, Equilibrium
 
 from .interface.first_measured import MEASURED, first_measured
 from .middleware.publishers import other_publishers
-from .operation.kept_state import KeptState, link_to_nowhere, state_folder
+from .operation.kept_state import KeptState, state_folder
+from .operation.locked_file import link_to_nowhere
 from .operation.session import Session
 from .operation.starting_place import (
     begin_at_commands,

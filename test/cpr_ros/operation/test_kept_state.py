@@ -21,7 +21,8 @@ from helpers.yaml_content import yaml_content
 
 from cpr_core import CprError, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
-from cpr_ros.operation.kept_state import KeptState, link_to_nowhere, state_folder
+from cpr_ros.operation.kept_state import KeptState, state_folder
+from cpr_ros.operation.locked_file import link_to_nowhere
 
 ROBOT = load_robot("rfrfr")
 
