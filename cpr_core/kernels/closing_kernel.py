@@ -100,11 +100,11 @@ def _shortest_step(robot, held, slopes, work):
     size, last, stiffness, pull = held.shape[0], robot.motor_index, work.square, work.part
     trace = 0.0
     for row in range(size):
-        one = slopes[held[row]]
+        slope = slopes[held[row]]
         for column in range(row + 1):
-            other, total = slopes[held[column]], 0.0
+            other_slope, total = slopes[held[column]], 0.0
             for j in range(last):
-                total += one[j] * other[j]
+                total += slope[j] * other_slope[j]
             stiffness[row, column] = stiffness[column, row] = total
         trace += stiffness[row, row]
     for row in range(size):
@@ -116,9 +116,9 @@ def _shortest_step(robot, held, slopes, work):
     for j in range(last):
         step[j] = 0.0
     for row in range(size):
-        one = slopes[held[row]]
+        slope = slopes[held[row]]
         for j in range(last):
-            step[j] += pull[row] * one[j]
+            step[j] += pull[row] * slope[j]
     for j in range(last):
         squared += step[j] * step[j]
     shorter = 1.0 / math.sqrt(max(1.0, squared))

@@ -81,20 +81,20 @@ class _LimitPassed(NotReached):
 
     def __init__(
         self,
-        what: str,
+        exceeded: str,
         fraction: float,
         last: Equilibrium | None,
         event: PathEvent | None,
         doubt: str = "",
     ) -> None:
         """Name the limit, where it is passed, and what looks wrong."""
-        self._what, self._doubt = what, doubt
+        self._exceeded, self._doubt = exceeded, doubt
         place = f"after {100.0 * fraction:.2f} % of the way" if fraction < 1.0 else ""
         super().__init__(self._words(place), fraction, last, event)
 
     def _words(self, place: str) -> str:
         passed = f", it is passed {place}" if place else ""
-        return f"{self._what}{passed}" + (f"; {self._doubt}" if self._doubt else "")
+        return f"{self._exceeded}{passed}" + (f"; {self._doubt}" if self._doubt else "")
 
     def on_longer_way(self, fraction: float, place: str) -> Self:
         """One of a way of which that of this error was a part: how far on it, and where in words."""
@@ -136,8 +136,8 @@ class MotorLimitExceeded(_LimitPassed):
         """
         self.motor, self.quantity, self.value, self.limits = motor, quantity, value, limits
         told, lower, upper = distinct(value, *limits, fewest=6)
-        what = f"{motor}: {quantity} {told} {unit} is outside its limits [{lower}, {upper}]"
-        super().__init__(what, fraction, last, event, doubt)
+        exceeded = f"{motor}: {quantity} {told} {unit} is outside its limits [{lower}, {upper}]"
+        super().__init__(exceeded, fraction, last, event, doubt)
 
 
 class StrainLimitExceeded(_LimitPassed):
@@ -163,8 +163,8 @@ class StrainLimitExceeded(_LimitPassed):
         """Name the leg, its strain and the limit."""
         self.leg, self.value, self.limit = leg, value, limit
         told, most = distinct(value, limit, fewest=6)
-        what = f"{leg}: bending strain {told} is above its yield strain {most}"
-        super().__init__(what, fraction, last, event)
+        exceeded = f"{leg}: bending strain {told} is above its yield strain {most}"
+        super().__init__(exceeded, fraction, last, event)
 
 
 def refusal_of(

@@ -90,9 +90,9 @@ def held_elsewhere(start: Equilibrium, grid: Grid) -> str:
         name, unit = grid.names[number], grid.units[number]
         if upright and name in ("phi", "psi"):
             continue  # turned about z by both together, and each may be anything
-        there, here = distinct(held[number], at[number])
+        held_at, starts_at = distinct(held[number], at[number])
         unnamed = " as what is not named is" if grid.given == "pose" and not held[number] else ""
-        told.append(f"{name}, held at {there}{unnamed}, is {here} {unit} at the start")
+        told.append(f"{name}, held at {held_at}{unnamed}, is {starts_at} {unit} at the start")
     return "; ".join(told)
 
 
