@@ -15,11 +15,10 @@ import numpy as np
 from cpr_core import Robot, load_robot
 from cpr_core.description import joints
 from cpr_core.description.chain import ChainElement, ChainRod, Link, Shift, Turn
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.motors import Drive
 from cpr_core.lie import rotation_exp
 from cpr_core.rods.rod import StrainModes
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 _NOWHERE = {"link": [0.0, 0.0, 0.0]}
 
@@ -27,11 +26,7 @@ _NOWHERE = {"link": [0.0, 0.0, 0.0]}
 def as_chains(robot: str | dict[str, Any], links: bool) -> dict[str, Any]:
     """A robot with its motors spelt as chains, and links of length zero about its rods."""
     described = load_robot(robot).description
-    content = (
-        yaml_content(shipped_robots()[robot].read_text())
-        if isinstance(robot, str)
-        else deepcopy(robot)
-    )
+    content = shipped_content(robot) if isinstance(robot, str) else deepcopy(robot)
     for leg, fields in zip(described.legs, content["legs"], strict=True):
         chain: list[dict[str, Any]] = []
         for element in leg.chain:

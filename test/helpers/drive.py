@@ -10,12 +10,11 @@ from dataclasses import replace
 
 import cpr_core
 from cpr_core import solve_home
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Assessment
 from cpr_ros.following.motion_settings import Settings
 from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.following.supervision import State
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 PERIOD = 0.005
 THRESHOLDS = dict(DEFAULT_THRESHOLDS)
@@ -29,7 +28,7 @@ def robot(name: str) -> cpr_core.Robot:
 
 def changed_robot(name: str, change) -> cpr_core.Robot:
     """A shipped robot with a changed description."""
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     change(content)
     return cpr_core.load_robot(content)
 

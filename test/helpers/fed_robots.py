@@ -7,8 +7,7 @@ import math
 
 import numpy as np
 
-from cpr_core.description.description_file import shipped_robots
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 #: Way per turn of every roller, one of which turns the other way [m], and lengths at zero [m].
 LEADS, OFFSETS = (0.05, -0.02, 0.01, 0.1, 0.04, 0.03), (0.3, 0.2, 0.6, -0.1, 0.45, 0.0)
@@ -17,7 +16,7 @@ RATIOS = np.array(LEADS) / (2.0 * math.pi)
 
 def plain_content():
     """Description of the robot without rollers."""
-    return yaml_content(shipped_robots()["gough_stewart"].read_text())
+    return shipped_content("gough_stewart")
 
 
 def fed(content):

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Robot, load_robot
-from cpr_core.description.description_file import shipped_robots
 from helpers.chain_robots import as_chains
 from helpers.shipped_steps import SHORT_FORM
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 #: Way of a joint per way of its motor: a harmonic drive, a belt, the wrong way round, encoder counts.
 _GEARS = (0.01, -0.02, 3.0, 2.0 * math.pi / 2**20, -0.0125, 40.0)
@@ -35,7 +34,7 @@ def chains_of(name: str) -> dict[str, Any]:
     """Content of a shipped robot whose legs are chains."""
     if name in SHORT_FORM:
         return as_chains(name, links=False)
-    content: dict[str, Any] = yaml_content(shipped_robots()[name].read_text())
+    content: dict[str, Any] = shipped_content(name)
     return content
 
 

@@ -10,8 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cpr_core import Robot, load_robot, solve_forward, solve_home
-from cpr_core.description.description_file import shipped_robots
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 #: Payload, [m; f] on the platform [N m, N].
 PAYLOADS = {
@@ -25,7 +24,7 @@ PAYLOADS = {
 
 def softened(name: str, factor: float = 0.9) -> Robot:
     """A shipped robot whose rods are softer."""
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     for modulus in ("young_modulus", "shear_modulus"):
         content["rod"][modulus] = factor * float(content["rod"][modulus])
     return load_robot(content)

@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 import cpr_core
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 FRAME = ("position", "rotation_vector")
 TRACKER = tuple(f"tracker.{name}[{axis}]" for name in FRAME for axis in range(3))
@@ -19,7 +18,7 @@ MARKER = tuple(f"tracker.marker.{name}[{axis}]" for name in FRAME for axis in ra
 
 def tracked_content(name="six_rfs", frame=(), marker=()):
     """Description of a shipped robot with a tracker; numbers as in TRACKER and MARKER, else 0."""
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     tracker, mark = (
         {"position": [*each[:3]], "rotation_vector": [*each[3:]]} if each else {}
         for each in (frame, marker)

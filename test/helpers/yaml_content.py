@@ -11,10 +11,17 @@ from typing import Any
 
 import yaml
 
+from cpr_core.description.description_file import shipped_robots
+
 
 def yaml_content(text: str) -> Any:
     """What ``yaml.safe_load`` makes of a text, to be changed at will."""
     return deepcopy(_loaded(text))
+
+
+def shipped_content(name: str) -> Any:
+    """The same of the description of a shipped robot."""
+    return yaml_content(shipped_robots()[name].read_text(encoding="utf-8"))
 
 
 @lru_cache(maxsize=64)

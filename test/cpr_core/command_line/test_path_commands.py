@@ -8,10 +8,9 @@ import json
 import numpy as np
 import pytest
 import yaml
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core.command_line import main
-from cpr_core.description.description_file import shipped_robots
 
 
 def run(capsys, *arguments):
@@ -57,7 +56,7 @@ def test_trace_as_json(capsys):
 
 def test_strains_that_are_not_known_are_null(capsys, tmp_path):
     """JSON has no NaN."""
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     stiff = dict.fromkeys(("torsion", "bending_2", "bending_3"), 0.1)
     content["rod"] = {"length": 1.0, "section": {"shape": "given"} | stiff}
     (tmp_path / "robot.yaml").write_text(yaml.safe_dump(content))

@@ -10,12 +10,11 @@ from typing import ClassVar
 import numpy as np
 import pytest
 import yaml
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import DescriptionError, load_robot, solve_home
 from cpr_core.description.chain import ChainRod, DescribedJoint, Link, Shift, Turn
 from cpr_core.description.chain_joints import CHAIN_JOINTS
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.description_part import field, triple
 
 PLANAR = """
@@ -41,13 +40,9 @@ tip: {type: spherical, position: [0.03, -0.09, 0]}
 """
 
 
-def content(name):
-    return yaml_content(shipped_robots()[name].read_text())
-
-
 def with_leg(name, leg):
     """A robot with another first leg."""
-    changed = content(name)
+    changed = shipped_content(name)
     changed["legs"][0] = leg
     return changed
 
@@ -95,13 +90,13 @@ def test_a_frame_is_turned_by_a_link():
 
 
 def test_strain_of_a_rod_keeps_what_it_does_not_say():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][0]["chain"][-1] = {"rod": {}, "strain": {"bending_2": 2}}
     assert load_robot(changed).description.legs[0].rods[0].modes.counts == (3, 2, 5)
 
 
 def test_limits_and_units_of_motors_that_turn_shift_and_feed():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][0]["chain"][0] = {
         "joint": "prismatic",
         "axis": [0, 0, 1],
@@ -125,7 +120,7 @@ def test_limits_and_units_of_motors_that_turn_shift_and_feed():
 
 
 def test_a_motor_in_several_joints_is_one():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     for leg in changed["legs"][3:]:
         leg["chain"][0] |= {"motor": "common", "ratio": -2.0, "offset": 0.1}
     changed |= {"controlled": ["x", "y", "z", "yaw"], "home": {"motors": [0] * 4, "bow": "outward"}}
@@ -136,7 +131,7 @@ def test_a_motor_in_several_joints_is_one():
 
 
 def test_limits_of_a_shared_motor_are_compared_whichever_joint_has_them_first():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     for leg in changed["legs"][3:]:
         leg["chain"][0] |= {"motor": "common"}
     changed |= {"controlled": ["x", "y", "z", "yaw"], "home": {"motors": [0] * 4, "bow": "outward"}}
@@ -151,7 +146,7 @@ def test_limits_of_a_shared_motor_are_compared_whichever_joint_has_them_first():
 
 
 def test_a_universal_joint_is_two_turns_each_with_its_own():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][0]["chain"][2] |= {
         "motor": [None, "second"],
         "ratio": [None, -2.0],
@@ -178,7 +173,7 @@ def test_a_universal_joint_is_two_turns_each_with_its_own():
 
 
 def test_one_value_is_for_both_turns_of_a_universal_joint():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][0]["chain"][2] |= {"stiffness": 0.2, "rest": 0.1}
     for turn in load_robot(changed).description.legs[0].chain[2:4]:
         assert (turn.stiffness, turn.rest) == (0.2, 0.1)
@@ -194,7 +189,7 @@ def test_one_value_is_for_both_turns_of_a_universal_joint():
 
 @pytest.mark.parametrize("turned", [0, 1])
 def test_one_value_is_for_the_turn_of_a_universal_joint_that_can_have_it(turned):
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][0]["chain"][2] |= {
         "motor": ["m", None] if turned == 0 else [None, "m"],
         "ratio": -2.0,
@@ -410,7 +405,7 @@ WRONG = {
 @pytest.mark.parametrize("case", WRONG)
 def test_what_is_wrong_is_named(case):
     name, path, value, field, words = WRONG[case]
-    changed = deepcopy(content(name))
+    changed = deepcopy(shipped_content(name))
     if case == "strain of home for two rods":
         changed["home"] = {"motors": [0, 0, 0], "strain": [{}, {}, {}]}
     part = changed
@@ -428,7 +423,7 @@ def test_what_is_wrong_is_named(case):
 
 
 def test_a_motor_of_the_short_form_is_no_motor_of_a_chain():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     short = {
         "base": changed["legs"][0]["base"],
         "motor": {"type": "revolute", "axis": [0, 0, 1], "name": "motor2"},
@@ -440,7 +435,7 @@ def test_a_motor_of_the_short_form_is_no_motor_of_a_chain():
 
 @pytest.mark.parametrize("place", ["robot", "leg", "chain"])
 def test_a_stiffness_that_jumps_is_refused_with_advice(place):
-    changed, rod = content("six_rus"), {"at": [0, 0.4, 0.45, 1], "stiffness": [1, 1, 4, 4]}
+    changed, rod = shipped_content("six_rus"), {"at": [0, 0.4, 0.45, 1], "stiffness": [1, 1, 4, 4]}
     if place == "robot":
         changed["rod"]["profile"] = rod
     elif place == "leg":
@@ -457,7 +452,7 @@ def test_a_stiffness_that_jumps_is_refused_with_advice(place):
 
 def test_it_is_the_modes_of_the_robot_that_count():
     """Not those of the file where others are asked for, nor those that a tolerance has nobody write."""
-    changed = content("planar_body")
+    changed = shipped_content("planar_body")
     changed["rod"]["profile"] = {"at": [0, 0.3, 0.35, 1], "stiffness": [1, 1, 0.05, 0.05]}
     changed["strain"] = {"bending_3": 12}
     assert load_robot(changed).description.legs[0].modes.counts[2] == 12
@@ -475,13 +470,13 @@ def test_it_is_the_modes_of_the_robot_that_count():
 
 @pytest.mark.parametrize("at", [[0.1, 0.2], [0.2, 0.3], [0.3, 0.4]])
 def test_rounding_makes_no_jump(at):
-    changed = content("planar_body")
+    changed = shipped_content("planar_body")
     changed["rod"]["profile"] = {"at": [0, *at, 1], "stiffness": [1, 1, 0.5, 0.5]}
     load_robot(changed, modes=5)
 
 
 def test_a_stiffness_that_changes_slowly_or_with_knots_is_taken():
-    slow, knots = content("six_rus"), content("three_rfr_hubs")
+    slow, knots = shipped_content("six_rus"), shipped_content("three_rfr_hubs")
     slow["rod"]["profile"] = {"at": [0, 0.4, 0.6, 1], "stiffness": [1, 1, 4, 4]}
     load_robot(slow)
     knots["rod"]["profile"] = {"at": [0, 0.4, 0.45, 1], "stiffness": [1, 1, 4, 4]}
@@ -510,7 +505,7 @@ def test_a_stiffness_that_changes_slowly_or_with_knots_is_taken():
 )
 def test_splines_follow_what_their_knots_let_them(degree, knots, width, taken):
     """They were taken whatever the knots, and up to 20 mm wrong; here by the truth of many knots."""
-    changed = content("rfrfr")
+    changed = shipped_content("rfrfr")
     at = [0, 0.5 - 0.5 * width, 0.5 + 0.5 * width, 1]
     changed["rod"]["profile"] = {"at": at, "stiffness": [1, 1, 0.25, 0.25]}
     changed["strain"] = {"basis": "bsplines", "degree": degree, "knots": knots}
@@ -529,7 +524,7 @@ def test_splines_follow_what_their_knots_let_them(degree, knots, width, taken):
 @pytest.mark.parametrize("tip", [0.05, 0.02])
 def test_splines_follow_a_rod_that_is_soft_at_its_tip(tip):
     """One moment would bend it far there, and a hinge has none."""
-    changed = content("rfrfr")
+    changed = shipped_content("rfrfr")
     changed["rod"]["profile"] = {"at": [0, 1], "stiffness": [1, tip]}
     changed["strain"] = {"basis": "bsplines", "knots": [0.5]}
     home = solve_home(load_robot(changed))
@@ -592,12 +587,12 @@ def test_a_joint_of_ones_own_is_one_class(kind, monkeypatch):
     monkeypatch.setitem(CHAIN_JOINTS, "cylindrical", Cylindrical)
     homes = []
     for chain in OWN[kind]:
-        changed = content("six_rus")
+        changed = shipped_content("six_rus")
         for leg in changed["legs"]:
             leg["chain"][3:3] = deepcopy(chain)
         homes.append(solve_home(load_robot(changed)))
     np.testing.assert_allclose(homes[0].state, homes[1].state, atol=1e-12)
-    misspelt = content("six_rus")
+    misspelt = shipped_content("six_rus")
     misspelt["legs"][0]["chain"].insert(3, OWN[kind][0][0] | {"bend": 1})
     with pytest.raises(DescriptionError, match="unknown field 'bend'"):
         load_robot(misspelt)
@@ -606,7 +601,7 @@ def test_a_joint_of_ones_own_is_one_class(kind, monkeypatch):
 @pytest.mark.parametrize(("named", "blamed"), [(2, 2), (0, 1)])
 def test_no_leg_is_called_like_a_rod_of_another(named, blamed):
     """Loads on that rod would act on one of the two, without a word."""
-    changed = content("three_rfr_hubs")
+    changed = shipped_content("three_rfr_hubs")
     changed["legs"][1]["chain"] += [{"rod": {}}]
     changed["home"] = {"motors": [0, 0, 0], "bow": "outward"}
     assert "leg2.rod2" in load_robot(changed).rod_names
@@ -618,7 +613,7 @@ def test_no_leg_is_called_like_a_rod_of_another(named, blamed):
 
 def test_a_motor_named_in_two_legs_is_told_where_home_has_a_number_too_many():
     """Its name was copied with its leg: only the numbers of home were said to be wrong."""
-    changed = content("three_rfr_hubs")
+    changed = shipped_content("three_rfr_hubs")
     joint = next(element for element in changed["legs"][1]["chain"] if "motor" in element)
     joint["motor"] = "motor1"
     del joint["limits"]
@@ -633,7 +628,7 @@ def test_a_motor_named_in_two_legs_is_told_where_home_has_a_number_too_many():
 
 
 def test_rods_are_needed():
-    changed = content("three_rfr_hubs")
+    changed = shipped_content("three_rfr_hubs")
     for leg in changed["legs"]:
         leg["chain"] = [element for element in leg["chain"] if "rod" not in element]
     with pytest.raises(DescriptionError, match="legs: expected a rod in at least one leg"):

@@ -13,14 +13,13 @@ from typing import ClassVar
 import jsonschema
 import numpy as np
 import pytest
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cpr_core import DescriptionError, InvalidRequest, load_robot, solve_forward, solve_home
 from cpr_core.description.chain import Turn
 from cpr_core.description.chain_joints import CHAIN_JOINTS
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.description_schema import description_schema
 from cpr_core.description.joints import JOINTS, Fixed, Joint
 from cpr_core.description.loads import Loads
@@ -47,10 +46,6 @@ IN_SCHEMA = {family: family for family in FAMILIES} | {"joint": "chain_element"}
 CHOSEN_BY = {"section": "shape", "strain": "basis", "joint": "joint"}
 
 
-def content_of(name):
-    return yaml_content(shipped_robots()[name].read_text())
-
-
 # The schema and the documentation.
 
 
@@ -66,7 +61,7 @@ def test_as_many_modes_may_be_asked_for_as_described():
     for modes in (MOST_MODES + 1, 10**400):
         with pytest.raises(InvalidRequest, match=f"modes: expected at most {MOST_MODES}, got"):
             load_robot("rfrfr", modes=modes)
-        described = content_of("rfrfr") | {"strain": {"bending_3": modes}}
+        described = shipped_content("rfrfr") | {"strain": {"bending_3": modes}}
         with pytest.raises(DescriptionError, match=r"strain\.bending_3: expected"):
             load_robot(described)
 
@@ -252,7 +247,7 @@ def own(monkeypatch):
 
 
 def test_kinds_of_ones_own_are_described_built_and_solved(own):
-    content, same = content_of("three_rfs"), content_of("three_rfs")
+    content, same = shipped_content("three_rfs"), shipped_content("three_rfs")
     content["rod"]["section"] = {"shape": "square", "side": 0.002}
     same["rod"]["section"] = {"shape": "rectangular", "width": 0.002, "height": 0.002}
     content["strain"] |= {"basis": "shifted", "place": 0.4}
@@ -279,7 +274,7 @@ def test_kinds_of_ones_own_are_described_built_and_solved(own):
     ],
 )
 def test_mistakes_in_kinds_of_ones_own_name_the_field(own, spoil, field_name, says):
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     for leg in content["legs"]:
         leg["motor"] = {"type": "tangential", "angle": 0.3}
         leg["tip"] = {"type": "on_circle", "radius": 0.1, "angle": 0.3}
@@ -292,14 +287,14 @@ def test_mistakes_in_kinds_of_ones_own_name_the_field(own, spoil, field_name, sa
 
 
 def test_a_kind_that_is_not_registered_any_more_is_refused():
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     content["legs"][0]["motor"] = {"type": "tangential", "angle": 0.3}
     with pytest.raises(DescriptionError, match="expected one of revolute, prismatic"):
         load_robot(content)
 
 
 def test_fields_of_another_basis_are_refused():
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["strain"] = {"basis": "chebyshev", "degree": 3}
     with pytest.raises(DescriptionError, match=r"strain\.degree: chebyshev has no such field"):
         load_robot(content)

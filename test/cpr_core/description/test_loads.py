@@ -8,10 +8,9 @@ from dataclasses import FrozenInstanceError, fields, replace
 
 import numpy as np
 import pytest
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from numpy.testing import assert_allclose
 
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.inherited_loads import inherited_loads, overridden_loads
 from cpr_core.description.loads import DistributedForce, Loads, PointForce, checked_vector
 from cpr_core.errors import CprError, DescriptionError, InvalidRequest, NonFiniteInput
@@ -28,7 +27,7 @@ def point_robot():
 
 @pytest.fixture(scope="module")
 def planar_body():
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content["rod"].update(young_modulus=210.0e9, shear_modulus=82.0e9)
     content["platform"] = {"shape": "body", "mass": 0.5, "center_of_mass": [0.1, 0.2, 0.0]}
     content["legs"][0]["tip"]["position"] = [-0.05, 0.0, 0.0]
@@ -228,7 +227,7 @@ def test_weight_is_that_of_what_hangs_beyond_and_of_the_platform(planar_body):
 
 
 def test_default_loads_are_the_gravity_of_the_description():
-    content = yaml_content(shipped_robots()["six_rfs"].read_text())
+    content = shipped_content("six_rfs")
     content["rod"].update(young_modulus=210.0e9, shear_modulus=82.0e9)
     content["gravity"] = [0.0, 0.0, -9.81]
     loads = load_robot(copy.deepcopy(content)).default_loads
@@ -323,7 +322,7 @@ def test_what_stays_of_loads_is_not_copied():
 
 def test_stations_that_do_not_reach_the_ends_are_told_so():
     """They were told not to be increasing from 0 to 1."""
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     force = [[0.0, 0.0, 0.0]] * 3
     content["loads"] = {"distributed": [{"leg": "leg1", "at": [0.1, 0.4, 0.8], "force": force}]}
     with pytest.raises(

@@ -6,14 +6,14 @@
 import math
 
 import pytest
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import DescriptionError, load_robot
-from cpr_core.description.description_file import read_description, shipped_robots
+from cpr_core.description.description_file import read_description
 
 
 def with_limits(name, limits):
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     content["legs"][1]["motor"]["limits"] = limits
     return load_robot(content)
 
@@ -35,7 +35,7 @@ def test_position_limits_that_make_no_sense_are_refused(name, position, problem)
 
 def test_a_name_of_two_motors_is_said_to_be_that_of_a_motor_at_its_leg():
     """It was said to be that of a leg, and after a passive base another leg was named."""
-    content = yaml_content(shipped_robots()["gough_stewart"].read_text())
+    content = shipped_content("gough_stewart")
     content["legs"][0]["motor"] = {"type": "welded"}
     for number in (1, 3):
         content["legs"][number]["motor"]["name"] = "feed"
@@ -71,7 +71,7 @@ def test_a_lower_limit_below_zero_is_fine_where_it_is_no_length():
 
 def with_gear(kind, gear):
     """A robot whose first motor is of the short form, or in a chain, with a gear or a screw."""
-    content = yaml_content(shipped_robots()[kind].read_text())
+    content = shipped_content(kind)
     leg = content["legs"][0]
     (leg["chain"][0] if "chain" in leg else leg["motor"]).update(gear)
     return content

@@ -5,16 +5,16 @@
 
 import numpy as np
 import pytest
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cpr_core import DescriptionError, load_robot, solve_home
-from cpr_core.description.description_file import read_description, shipped_robots
+from cpr_core.description.description_file import read_description
 
 
 def with_platform(name, **platform):
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     content["platform"] = content.get("platform", {}) | platform
     return content
 

@@ -12,7 +12,7 @@ import yaml
 from helpers.chain_robots import as_chains
 from helpers.fed_robots import fed, plain_content
 from helpers.shipped_steps import CHAINS
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import (
     DescriptionError,
@@ -41,10 +41,6 @@ from cpr_core.description.plausibility import (
 from cpr_core.workspace import map_workspace, motor_grid, pose_grid
 
 MILLIMETRES, DEGREES = "looks like millimetres, expected metres", "looks like degrees"
-
-
-def content_of(name):
-    return yaml_content(shipped_robots()[name].read_text())
 
 
 def put(content, path, value):
@@ -92,7 +88,7 @@ def test_shipped_robots_are_beyond_doubt(name):
     ],
 )
 def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     put(content, path, value)
     with pytest.raises(DescriptionError) as caught:
         load_robot(content)
@@ -138,7 +134,7 @@ def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
     ],
 )
 def test_what_looks_like_another_unit_is_said(path, value, says):
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     put(content, path, value)
     with pytest.warns(DescriptionWarning, match=says):
         read_description(content)
@@ -146,15 +142,11 @@ def test_what_looks_like_another_unit_is_said(path, value, says):
 
 @pytest.mark.parametrize("strain", [0.001, 0.006, 0.015, 0.08])
 def test_strains_that_steel_carbon_and_nitinol_bear_are_beyond_doubt(strain):
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     content["rod"]["yield_strain"] = strain
     with warnings.catch_warnings():
         warnings.simplefilter("error", DescriptionWarning)
         read_description(content)
-
-
-def chained(name="six_rus"):
-    return yaml_content(shipped_robots()[name].read_text())
 
 
 @pytest.mark.parametrize(
@@ -181,14 +173,14 @@ def chained(name="six_rus"):
     ],
 )
 def test_what_looks_like_another_unit_in_a_chain_is_said(path, value, says):
-    content = chained()
+    content = shipped_content("six_rus")
     put(content["legs"][1], path, value)
     with pytest.warns(DescriptionWarning, match=rf"legs\[1\]\.chain\[{path[1]}\]\.{says}"):
         read_description(content)
 
 
 def test_a_rod_of_a_chain_that_is_fed_millimetres_is_said():
-    content = chained()
+    content = shipped_content("six_rus")
     content["legs"][0]["chain"][3] = {
         "rod": {"rest_curvature": {}},
         "motor": "feed",
@@ -226,7 +218,7 @@ def test_a_rod_of_a_chain_that_is_fed_millimetres_is_said():
     ],
 )
 def test_what_cannot_be_in_a_chain_is_refused(path, value, field, says):
-    content = chained()
+    content = shipped_content("six_rus")
     put(content["legs"][1], path, value)
     with pytest.raises(DescriptionError) as caught:
         read_description(content)
@@ -236,14 +228,14 @@ def test_what_cannot_be_in_a_chain_is_refused(path, value, field, says):
 
 @pytest.mark.parametrize("joints", [{"leg2.joint2": [0.1, 45]}, {"leg2.joint2[1]": 45}])
 def test_rough_joints_in_degrees_are_said(joints):
-    content = chained()
+    content = shipped_content("six_rus")
     content["home"]["joints"] = joints
     with pytest.warns(DescriptionWarning, match=rf"home\.joints\.leg2\.joint2\[1\]: 45: {DEGREES}"):
         read_description(content)
 
 
 def test_the_zero_of_a_motor_in_degrees_is_said():
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     content["legs"][1]["motor"]["offset"] = -270
     with pytest.warns(DescriptionWarning, match=rf"legs\[1\]\.motor\.offset: -270: {DEGREES}"):
         read_description(content)
@@ -263,7 +255,7 @@ def test_a_lead_in_millimetres_is_said_and_not_what_follows_from_it():
     assert said_of(content) == []
     content["legs"][1]["motor"]["lead"] = -20.0
     assert said_of(content) == [f"legs[1].motor.lead: -20: {MILLIMETRES}?"]
-    content = content_of("three_prs")
+    content = shipped_content("three_prs")
     content["legs"][0]["chain"][0] |= {"lead": 4, "limits": {"position": [-30, 150]}}
     assert said_of(content) == [f"legs[0].chain[0].lead: 4: {MILLIMETRES}?"]
 
@@ -271,7 +263,7 @@ def test_a_lead_in_millimetres_is_said_and_not_what_follows_from_it():
 @pytest.mark.parametrize("gear", [{"lead": 0.002}, {"ratio": -0.0003}])
 def test_limits_of_a_joint_that_stand_at_a_motor_with_a_gear_are_doubted(gear):
     """A motor in radians with a range or a speed in metres hardly moves."""
-    content = content_of("three_prs")
+    content = shipped_content("three_prs")
     joint, name = content["legs"][0]["chain"][0], next(iter(gear))
     joint |= gear | {"limits": {"position": [-0.1, 0.1], "speed": 0.1}}
     words = (
@@ -287,7 +279,7 @@ def test_limits_of_a_joint_that_stand_at_a_motor_with_a_gear_are_doubted(gear):
 
 
 def test_an_inertia_in_square_millimetres_is_said():
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     content["platform"] = {"mass": 0.3, "inertia": [1500, 1500, 3000, 0, 0, 0]}
     with pytest.warns(
         DescriptionWarning, match=r"platform\.inertia: 3000 with 0\.3 kg: looks like kg"
@@ -297,7 +289,7 @@ def test_an_inertia_in_square_millimetres_is_said():
 
 @pytest.mark.parametrize("name", CHAINS)
 def test_robots_of_chains_are_beyond_doubt(name):
-    content = chained(name)
+    content = shipped_content(name)
     if content["platform"].get("shape", "body") == "body":
         content["platform"] |= {"mass": 0.3, "inertia": [0.0015, 0.0015, 0.003, 0, 0, 0]}
     with warnings.catch_warnings():
@@ -306,7 +298,7 @@ def test_robots_of_chains_are_beyond_doubt(name):
 
 
 def test_rods_of_silicone_and_of_glass_fibre_are_beyond_doubt():
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     soft(content)
     with warnings.catch_warnings():
         warnings.simplefilter("error", DescriptionWarning)
@@ -317,7 +309,7 @@ def test_rods_of_silicone_and_of_glass_fibre_are_beyond_doubt():
 
 
 def test_extensible_legs_in_millimetres_are_said():
-    content = content_of("gough_stewart")
+    content = shipped_content("gough_stewart")
     content["home"]["motors"] = [450.0] * 6
     with pytest.warns(DescriptionWarning, match=rf"home\.motors\[0\]: 450: {MILLIMETRES}"):
         read_description(content)
@@ -326,7 +318,7 @@ def test_extensible_legs_in_millimetres_are_said():
 @pytest.mark.parametrize("written", ["once", "in every chain"])
 def test_motors_in_millimetres_are_said_however_rods_are_written(written):
     """Rods of chains may be all there are: what a leg would have without them is much longer."""
-    content = content_of("three_prs")
+    content = shipped_content("three_prs")
     content["home"]["motors"] = [100.0] * 3
     if written == "in every chain":
         for leg in content["legs"]:
@@ -337,7 +329,7 @@ def test_motors_in_millimetres_are_said_however_rods_are_written(written):
 
 
 def test_a_planar_quaternion_in_another_order_is_refused_with_the_order():
-    content = content_of("planar_body")
+    content = shipped_content("planar_body")
     content["home"]["platform"] = {"position": [0, 0.5, 0], "quaternion_wxyz": [0, 0, 0.6, 0.8]}
     with pytest.raises(DescriptionError, match="about z in a planar robot, w 0 0 z"):
         read_description(content)
@@ -361,7 +353,7 @@ def test_a_planar_quaternion_in_another_order_is_refused_with_the_order():
     ],
 )
 def test_requests_in_other_units_fail_with_what_looks_wrong(name, solve, values, says):
-    content = content_of(name)
+    content = shipped_content(name)
     for leg in content["legs"]:
         leg["motor"].pop("limits", None)
     with pytest.raises(NotReached, match=says or "not reached") as caught:
@@ -400,7 +392,7 @@ RAIL = {"joint": "prismatic", "axis": [1, 0, 0], "motor": "rail"}
 
 def driven(name, **fields):
     """A shipped robot with motors that have these fields, and no limits but for them."""
-    content = content_of(name)
+    content = shipped_content(name)
     for leg in content["legs"]:
         leg["motor"].pop("limits", None)
         leg["motor"] |= fields
@@ -557,7 +549,9 @@ def test_a_description_may_be_given_as_text(name):
     text = shipped_robots()[name].read_text()
     description = read_description(text)
     assert (description.name, description.text) == (name, text)
-    assert load_robot(yaml.safe_dump(content_of(name), default_flow_style=True)).description.name
+    assert load_robot(
+        yaml.safe_dump(shipped_content(name), default_flow_style=True)
+    ).description.name
 
 
 @pytest.mark.parametrize("text", ["name: x\nspace: [", "just\nwords", "{name: x}"])
@@ -570,7 +564,7 @@ def test_texts_that_are_no_description_are_refused_shortly(text):
 
 @pytest.mark.parametrize("name", shipped_robots())
 def test_shipped_files_are_numbers_in_every_yaml(name):
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     assert isinstance(content["rod"]["young_modulus"], float)
     stiff = 210e9
     for word in ("210e9", "2.1e11", "2.1E11", "+21.e10"):
@@ -588,7 +582,7 @@ def test_shipped_files_are_numbers_in_every_yaml(name):
 
 
 def test_one_vector_is_the_side_of_all_rods():
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["home"] = {"motors": [1.7, 1.4], "bow": [1, 0, 0]}
     robot = load_robot(content)
     content["home"]["bow"] = [[1, 0, 0], [1, 0, 0]]
@@ -603,11 +597,11 @@ def test_one_vector_is_the_side_of_all_rods():
 
 
 def test_one_vector_is_the_side_of_all_rods_in_space():
-    content = content_of("gough_stewart")
+    content = shipped_content("gough_stewart")
     content["home"]["bow"] = [0, 0, 1]
     with pytest.raises(DescriptionError, match=r"home\.bow: .*across the tangent of leg1"):
         load_robot(content)
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     content["home"] = {"motors": [0.0] * 3, "bow": [0, 0, 1]}
     for side in load_robot(content).description.home.bow:
         np.testing.assert_allclose(side, [0, 0, 1], atol=1e-12)
@@ -616,7 +610,7 @@ def test_one_vector_is_the_side_of_all_rods_in_space():
 @pytest.mark.parametrize("size", [1e-7, 1e-3, 3.0])
 @pytest.mark.parametrize("side", ["outward", "inward", [2e-7, 0.0, 1e-7]])
 def test_sides_of_rods_do_not_depend_on_the_size_of_a_robot(size, side):
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["home"]["bow"] = side if isinstance(side, str) else [side[0], side[2], 0.0]
     same = read_description(content).home.bow
     content["rod"]["length"] *= size
@@ -631,7 +625,7 @@ def test_sides_of_rods_do_not_depend_on_the_size_of_a_robot(size, side):
 
 @pytest.mark.parametrize("size", [1e-7, 1.0])
 def test_there_is_no_outside_in_the_middle_of_the_bases(size):
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["rod"]["length"] *= size
     content["rod"]["section"]["radius"] *= size
     for leg, noise in zip(content["legs"], (1e-17, -1e-17), strict=True):
@@ -646,7 +640,7 @@ def test_there_is_no_outside_in_the_middle_of_the_bases(size):
 
 
 def test_a_rough_pose_far_from_home_is_said():
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["home"]["platform"] = {"position": [0, 1.2, 0]}
     with warnings.catch_warnings():
         warnings.simplefilter("error", DescriptionWarning)
@@ -665,7 +659,7 @@ def test_a_rough_pose_far_from_home_is_said():
 
 @pytest.mark.parametrize(("name", "length"), [("rfrfr", 1.0), ("delta", 0.4)])
 def test_a_robot_far_from_the_origin_of_the_world_is_said(name, length):
-    content = content_of(name)
+    content = shipped_content(name)
     content["home"].pop("platform", None)
     content["home"]["bow"] = "outward"
     bases = [leg["base"]["position"] for leg in content["legs"]]

@@ -7,12 +7,11 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 from helpers.shipped_steps import CHAINS
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import art3d
 
 from cpr_core import leg_shapes, load_robot, solve_home
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.drawing.robot_drawing import draw_equilibrium
 
 
@@ -58,7 +57,7 @@ def test_rods_links_and_joints_are_drawn(name):
 @pytest.mark.parametrize("name", ["four_rfr", "gough_stewart"])
 def test_the_platform_is_drawn_around_its_joints(name, monkeypatch):
     """Legs of a planar robot were taken in their order, those of others around the platform origin."""
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     content["legs"][1:3] = content["legs"][2:0:-1]
     for leg in content["legs"]:
         leg["tip"]["position"][0] -= 0.3

@@ -7,11 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from numpy.testing import assert_array_equal
 
 from cpr_core import load_robot
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.drawing.robot_lines import platform_outline, segments, shades
 from cpr_core.lie import rotation_exp
 
@@ -33,7 +32,7 @@ def test_pieces_join_neighbours_of_a_line_and_no_two_lines(counts):
 
 @pytest.mark.parametrize("shift", [0.0, 1.0, -0.3])
 def test_the_outline_of_a_platform_does_not_depend_on_its_origin(shift):
-    content = yaml_content(shipped_robots()["six_rfs"].read_text())
+    content = shipped_content("six_rfs")
     around = platform_outline(load_robot(content))
     assert sorted(around[:-1]) == list(range(6))
     assert around[0] == around[-1]
@@ -50,7 +49,7 @@ def test_the_outline_of_a_platform_does_not_depend_on_its_origin(shift):
 )
 def test_the_outline_goes_around_however_the_plate_lies_in_its_frame(turn):
     """Sorted by angles in x and y, of a plate that stands upright it crossed itself."""
-    content = yaml_content(shipped_robots()["gough_stewart"].read_text())
+    content = shipped_content("gough_stewart")
     flat = load_robot(content)
     rotation = rotation_exp(turn)
     for leg in content["legs"]:

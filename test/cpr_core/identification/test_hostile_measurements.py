@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.simulated_measurements import DEVIATIONS, OFFSETS, PATHS, equilibria, measured, payload
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 import cpr_core
 from cpr_core import (
@@ -21,7 +21,6 @@ from cpr_core import (
     UnknownParameter,
     calibrate,
 )
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.identification.compared import compared_row
 from cpr_core.identification.doubts import measured_doubts
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
@@ -147,7 +146,7 @@ def test_an_orientation_that_is_stuck(name, effort_deviation, with_efforts):
 @pytest.mark.parametrize("gear", [1.0, 140.0, 300.0, 7e4])
 def test_a_sensor_that_is_stuck_is_so_behind_any_gear(robot, rows, gear):
     """Large efforts had hidden it: rounding of what they differ by."""
-    content = yaml_content(shipped_robots()["six_rfs"].read_text())
+    content = shipped_content("six_rfs")
     for leg in content["legs"]:
         leg["motor"]["ratio"] = gear
     content["home"]["motors"] = [at / gear for at in content["home"]["motors"]]
@@ -215,7 +214,7 @@ def test_a_start_of_another_robot(robot, rows):
 @pytest.fixture(scope="module")
 def geared():
     """A robot whose motors may turn often."""
-    content = yaml_content(shipped_robots()["delta"].read_text())
+    content = shipped_content("delta")
     for leg in content["legs"]:
         leg["chain"][0] |= {"ratio": 0.01, "limits": {}}
     return cpr_core.load_robot(content)

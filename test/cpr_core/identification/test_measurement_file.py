@@ -6,11 +6,10 @@
 import numpy as np
 import pytest
 from helpers.simulated_measurements import payload
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 import cpr_core
 from cpr_core import InvalidRequest, read_measurements, write_poses
-from cpr_core.description.description_file import shipped_robots
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +76,7 @@ def test_what_are_no_equilibria_of_one_robot_leaves_the_file_alone(robot, spatia
 @pytest.mark.parametrize("force", [0.0, -1.0, -2.5])
 def test_a_wrench_that_is_not_the_description_s_is_written_though_it_is_none(tmp_path, force):
     """Poses without a wrench were read as those of the description's."""
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content["loads"] = {"platform_force": [0.0, -1.0, 0.0]}
     robot = cpr_core.load_robot(content)
     loads = robot.default_loads.with_(wrench_world=[0.0, 0.0, 0.0, 0.0, force, 0.0])
@@ -153,7 +152,7 @@ def test_no_file(robot, tmp_path):
 
 
 def test_motors_may_be_called_as_coordinates(tmp_path):
-    content = yaml_content(shipped_robots()["delta"].read_text())
+    content = shipped_content("delta")
     for leg, name in zip(content["legs"], "xxyyzz", strict=True):
         leg["chain"][0]["motor"] = name
     gantry = cpr_core.load_robot(content)
@@ -175,7 +174,7 @@ def test_motors_may_be_called_as_coordinates(tmp_path):
     ],
 )
 def test_names_of_motors_that_could_not_be_read_are_refused(names, text):
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     for leg, name in zip(content["legs"], names, strict=True):
         leg["motor"]["name"] = name
     with pytest.raises(cpr_core.DescriptionError) as caught:
@@ -185,7 +184,7 @@ def test_names_of_motors_that_could_not_be_read_are_refused(names, text):
 
 @pytest.mark.parametrize("names", [("a,b", "q#"), ("motor:z", 'say "q"')])
 def test_names_of_motors_are_read_as_they_are_written(tmp_path, names):
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     for leg, name in zip(content["legs"], names, strict=True):
         leg["motor"]["name"] = name
     home = cpr_core.solve_home(cpr_core.load_robot(content))

@@ -7,10 +7,9 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import load_robot, solve_home
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.assessment import DEFAULT_THRESHOLDS, MEASURES, Assessment
 from cpr_core.solving.events import EventKind
 
@@ -18,7 +17,7 @@ from cpr_core.solving.events import EventKind
 @pytest.mark.parametrize("leg", [0, 1])
 def test_a_motor_is_loaded_whichever_way_it_pushes(leg):
     """Both legs of the symmetric robot are bent as much, by one motor forwards and one backwards."""
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     efforts = solve_home(load_robot(content)).efforts
     assert np.sign(efforts).tolist() == [1.0, -1.0]
     limits = {"effort": abs(float(efforts[leg])) / 0.9}

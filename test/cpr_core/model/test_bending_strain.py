@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import (
     DescriptionError,
@@ -23,10 +23,6 @@ from cpr_core.rods.sections import AnnularSection, CircularSection, GivenSection
 from cpr_core.solving.limits import margins
 
 
-def content_of(name):
-    return yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
-
-
 @pytest.mark.parametrize("name", shipped_robots())
 def test_they_are_the_largest_curvature_along_the_leg(name):
     robot = load_robot(name)
@@ -41,7 +37,7 @@ def test_they_are_the_largest_curvature_along_the_leg(name):
 
 
 def test_stress_free_curvature_is_no_strain():
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["rod"]["rest_curvature"] = {"bending_3": [0.7]}
     robot = load_robot(content)
     bent = [
@@ -67,7 +63,7 @@ def test_sections(section, expected):
 
 @pytest.mark.parametrize("rest", [0.0, 2.0])
 def test_rods_that_are_fed_have_the_strain_of_their_curvature_there(rest):
-    content = content_of("gough_stewart")
+    content = shipped_content("gough_stewart")
     content["rod"]["rest_curvature"] = {"bending_3": [rest]}
     robot = load_robot(content)
     longer = solve_forward(robot, solve_home(robot).motors + 0.05)
@@ -79,7 +75,7 @@ def test_rods_that_are_fed_have_the_strain_of_their_curvature_there(rest):
 
 
 def test_a_yield_strain_needs_a_known_thickness():
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["rod"] = {
         "length": 1.0,
         "section": {"shape": "given", "torsion": 0.1, "bending_2": 0.165, "bending_3": 0.165},
@@ -93,7 +89,7 @@ def test_a_yield_strain_needs_a_known_thickness():
 
 @pytest.mark.parametrize("wrong", [0.0, -0.01, "much"])
 def test_a_yield_strain_is_a_positive_number(wrong):
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["rod"]["yield_strain"] = wrong
     with pytest.raises(DescriptionError, match=r"rod\.yield_strain"):
         load_robot(content)
@@ -102,7 +98,7 @@ def test_a_yield_strain_is_a_positive_number(wrong):
 @pytest.fixture(scope="module")
 def one_given():
     """The first leg has a limit; the second is as stiff, but nobody knows how thick it is."""
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     rod = content["rod"]
     stiffness = rod["young_modulus"] * np.pi / 4.0 * rod["section"]["radius"] ** 4
     stiff = dict.fromkeys(("torsion", "bending_2", "bending_3"), stiffness)

@@ -14,7 +14,7 @@ from helpers.columns import AT_TIP, column
 from helpers.kernel_entry import prepared
 from helpers.random_chains import random_chain_robot
 from helpers.shipped_steps import CHAINS, SHORT_FORM, STEPS
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import (
     Loads,
@@ -27,7 +27,6 @@ from cpr_core import (
     spectrum,
 )
 from cpr_core.description import joints, motors
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.linearisation_kernel import linearise
 from cpr_core.kernels.pencil import pencil_of
 from cpr_core.model.stability import _Dense
@@ -108,7 +107,7 @@ def test_they_agree_with_passive_joints_with_and_without_springs(seed, planar):
 
 def hinged(stiffness, weight=False):
     """A 3-PRS with springs at its hinges; a weight may hang between two of them about one axis."""
-    content = yaml_content(shipped_robots()["three_prs"].read_text())
+    content = shipped_content("three_prs")
     for leg in content["legs"]:
         leg["chain"][2]["stiffness"] = stiffness
     if weight:

@@ -4,17 +4,16 @@
 """Limits of motors as arrays, beside those of the description one by one."""
 
 import numpy as np
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import load_robot
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.motor_limits import motor_limit_arrays
 
 LIMITS = ({"position": [0.1, 6.9]}, {"effort": 2.0}, {}, {"position": [-1, 6], "effort": 0.5})
 
 
 def robot_with(limits):
-    content = yaml_content(shipped_robots()["six_rfs"].read_text())
+    content = shipped_content("six_rfs")
     for number, leg in enumerate(content["legs"]):
         leg["motor"]["limits"] = dict(limits[number]) if number < len(limits) else {}
     return load_robot(content)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.differences import check_residual, check_tangent
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
@@ -24,7 +24,6 @@ from cpr_core import (
     solve_forward,
     solve_home,
 )
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.loads import PointForce
 from cpr_core.lie import rotation_log
 from cpr_core.model.bending_strain import bending_strains
@@ -42,7 +41,7 @@ WAVES = [0.0] * 9 + [3.0]
 
 
 def curved(name, rest, **strain):
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     content["rod"]["rest_curvature"] = rest
     return load_robot(content | {"strain": strain})
 
@@ -202,7 +201,7 @@ def test_what_is_beyond_the_modes_is_a_parameter(path):
 
 def fed_content(**strain):
     """A rod that motors feed and that is twisted and curved at rest."""
-    content = yaml_content(shipped_robots()["gough_stewart"].read_text())
+    content = shipped_content("gough_stewart")
     content["rod"]["rest_curvature"] = {"torsion": [0.5], "bending_3": [0.2]}
     return content | {"strain": strain}
 

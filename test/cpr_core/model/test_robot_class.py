@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from helpers.shipped_steps import REDUNDANT, STEPS
 from helpers.strain_bases import with_basis
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from scipy.integrate import quad
 
 from cpr_core import (
@@ -172,7 +172,7 @@ def test_a_robot_turned_and_shifted_with_its_loads_does_the_same(robot):
 @pytest.mark.parametrize("name", sorted(STEPS))
 @pytest.mark.parametrize("basis", ["chebyshev", "monomials", "bsplines"])
 def test_the_basis_does_not_matter_for_the_same_polynomials(name, basis):
-    content = yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+    content = shipped_content(name)
     content["strain"] |= {"basis": basis}
     if basis == "bsplines":  # without knots: Bernstein polynomials
         content["strain"] |= {"degree": 4, "knots": []}
@@ -180,7 +180,7 @@ def test_the_basis_does_not_matter_for_the_same_polynomials(name, basis):
             content["strain"]["torsion"] = 5
     reference = load_robot(name)
     if content["strain"].get("torsion") == 5:
-        legendre = yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
+        legendre = shipped_content(name)
         legendre["strain"]["torsion"] = 5
         reference = load_robot(legendre)
     found, expected = moved(load_robot(content)), moved(reference)
@@ -192,7 +192,7 @@ def test_the_basis_does_not_matter_for_the_same_polynomials(name, basis):
 
 
 def test_splines_with_knots_approach_the_same_solution():
-    content = content_of("six_rfs")
+    content = shipped_content("six_rfs")
     content["strain"] = {"basis": "bsplines", "degree": 4, "knots": [0.2, 0.4, 0.6, 0.8]}
     content["strain"]["torsion"] = 0
     found, expected = moved(load_robot(content)), moved(load_robot("six_rfs", modes=12))
@@ -237,7 +237,7 @@ def test_tilt_is_controlled_exactly_and_the_rest_follows():
     "controlled", [["z", "pitch", "yaw"], ["x", "roll", "yaw"], ["x", "y", "yaw"]]
 )
 def test_any_angles_can_be_chosen(controlled):
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     content["controlled"] = controlled
     robot = load_robot(content)
     # Off the symmetric home, where yaw answers to no motor to first order.
@@ -270,7 +270,7 @@ def test_motors_beyond_their_limits_are_refused():
 
 
 def test_rod_lengths_stay_positive():
-    content = content_of("gough_stewart")
+    content = shipped_content("gough_stewart")
     for leg in content["legs"]:
         del leg["motor"]["limits"]
     robot = load_robot(content)
@@ -300,7 +300,7 @@ def test_a_robot_that_cannot_move_is_stable():
 
 def test_rounding_is_no_instability():
     """Two prismatic motors along one line shift the whole robot: a neutral motion."""
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     for leg, slope in zip(content["legs"], (2.59, 0.55), strict=True):
         leg["motor"] = {"type": "prismatic", "axis": [1, 0, 0]}
         leg["base"]["tangent"] = [float(np.cos(slope)), float(np.sin(slope)), 0]
@@ -311,20 +311,16 @@ def test_rounding_is_no_instability():
 
 
 def test_homes_that_do_not_fit_say_where():
-    content = content_of("six_rfs")
+    content = shipped_content("six_rfs")
     for number, leg in enumerate(content["legs"]):
         leg["tip"]["position"] = [20.0 * (-1) ** number, 0, 0]
     robot = load_robot(content)
     with pytest.raises(CprError, match=r"home: .* leg\d misses its tip joint by \d+(\.\d)? m"):
         solve_forward(robot, content["home"]["motors"])
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     content["legs"][0]["motor"]["limits"] = {"position": [0, 1]}
     with pytest.raises(DescriptionError, match=r"home: motor1: position 5\.4 rad is outside"):
         solve_forward(load_robot(content), [5.4] * 3)
-
-
-def content_of(name):
-    return yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
 
 
 def cantilever(**rod):
@@ -450,7 +446,7 @@ def test_forces_at_other_places_than_stations_are_refused():
 @pytest.mark.parametrize("place", ["stations", "profile", "points", "end"])
 def test_stations_that_rounding_tells_apart_are_one(place, off):
     """The panel between them had nodes that coincide: their frames were those of freed memory."""
-    content = content_of("planar_body") | {"gravity": [0.0, -9.81, 0.0]}
+    content = shipped_content("planar_body") | {"gravity": [0.0, -9.81, 0.0]}
     other = 0.3 + off
     force = np.array([0.0, 0.5, 0.0])
     if place == "profile":
@@ -480,7 +476,7 @@ def test_stations_that_rounding_tells_apart_are_one(place, off):
 
 
 def test_more_motors_than_coordinates_may_control_them_or_none():
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["legs"].append(
         content["legs"][0] | {"base": {"position": [-0.1, 0, 0], "tangent": [1, 0, 0]}}
     )
@@ -599,7 +595,7 @@ def test_bad_descriptions_name_the_field(case):
 
 @pytest.mark.parametrize("tip", [{"type": "fixed", "tangent": [1, 0, 0]}, {"type": "revolute"}])
 def test_spatial_tips_need_their_directions(tip):
-    content = content_of("three_rfs")
+    content = shipped_content("three_rfs")
     content["legs"][1]["tip"] = {"position": [0, 0.1, 0], **tip}
     with pytest.raises(DescriptionError, match=r"legs\[1\]\.tip: missing field '(normal|axis)'"):
         load_robot(content)

@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.shipped_steps import CHAINS
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import InvalidRequest, Robot, leg_shapes, load_robot, solve_forward, solve_home
 from cpr_core.description import joints
-from cpr_core.description.description_file import shipped_robots
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
@@ -107,7 +106,7 @@ def test_a_tip_joint_of_ones_own_is_called_as_it_is(known, monkeypatch):
     robot = load_robot("six_rfs")
     if known:
         monkeypatch.setitem(joints.JOINTS, "ball", Ball)
-        content = yaml_content(shipped_robots()["six_rfs"].read_text())
+        content = shipped_content("six_rfs")
         content["legs"][0]["tip"]["type"] = "ball"
         robot = load_robot(content)
     else:
@@ -122,7 +121,7 @@ def test_a_tip_joint_of_ones_own_is_called_as_it_is(known, monkeypatch):
 
 
 def test_a_leg_that_ends_in_a_joint_ends_where_its_rod_does():
-    content = yaml_content(shipped_robots()["delta"].read_text())
+    content = shipped_content("delta")
     joint = {"joint": "revolute", "axis": [1, 0, 0], "stiffness": 1.0}
     content["legs"][0]["chain"].append(joint)
     shape = leg_shapes(solve_home(load_robot(content)))[0]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers.shipped_steps import STEPS
 from helpers.strain_bases import with_basis
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import NotReached, kinemato_statics, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
@@ -85,7 +85,7 @@ def test_it_converges_with_the_number_of_modes(name):
 @pytest.mark.parametrize("modes", [5, 20, 28, 40])
 def test_a_soft_leg_has_many_that_are_nearly_the_smallest(modes):
     """One for every mode: the vectors lost their right angles, and the value came out 10 % too small."""
-    content = yaml_content(shipped_robots()["two_rods"].read_text())
+    content = shipped_content("two_rods")
     for element in content["legs"][0]["chain"]:
         if "rod" in element:
             element["rod"] = {"section": {"shape": "circular", "radius": 0.0005}}

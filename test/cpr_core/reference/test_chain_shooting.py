@@ -17,7 +17,7 @@ from helpers.reference_robots import (
     robot_with_tips,
     walked,
 )
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from numpy.testing import assert_allclose
 
 from cpr_core import (
@@ -29,7 +29,6 @@ from cpr_core import (
     solve_home,
 )
 from cpr_core.description.chain import ChainJoint, ChainRod
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.loads import DistributedForce, PointForce
 from cpr_core.reference import (
     chain_robot,
@@ -262,7 +261,7 @@ def test_elements_it_does_not_know_are_refused():
 @pytest.mark.parametrize("modes", [3, 5])
 def test_rods_that_run_away_are_no_solution(modes):
     """Numpy's own error came out of it, and a line of LAPACK's on the terminal."""
-    content = yaml_content(shipped_robots()["planar_body"].read_text())
+    content = shipped_content("planar_body")
     radius = content["rod"]["section"]["radius"]
     content["rod"]["section"]["radius"] = [0.1 * radius, radius]
     robot = load_robot(content | {"gravity": [0.0, -9.81, 0.0]}, modes=modes)

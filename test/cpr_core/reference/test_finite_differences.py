@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from helpers.reference_paths import numbers, read
 from helpers.rough_homes import continuous_home
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from numpy.testing import assert_allclose
 
 from cpr_core import InvalidRequest, Loads, NoForwardSolution, load_robot
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.reference.finite_differences import (
     follow_finite_differences,
     solve_finite_differences,
@@ -68,7 +67,7 @@ def test_curvature_follows_the_moment(home):
 
 
 def test_motors_that_turn_the_other_way_make_the_same_robot(home):
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content["legs"][1]["motor"]["axis"] = [0, 0, -1]
     content["home"]["motors"][1] *= -1.0
     expected = solve_finite_differences(home, 50)

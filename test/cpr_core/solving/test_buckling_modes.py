@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers.columns import AT_TIP, BENDING, LENGTH, Guided, column
 from helpers.rigid_leg import rigid_leg
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import load_robot, solve_forward, solve_home
 from cpr_core.description import joints, motors
@@ -67,7 +67,7 @@ def test_uneven_rods_keep_what_it_takes(radius, profile):
 def test_uneven_rods_have_modes_in_every_basis():
     """With 24 monomials there may be no home."""
     for basis in ("monomials", "chebyshev"):
-        content = yaml_content(shipped_robots()["rfrfr"].read_text())
+        content = shipped_content("rfrfr")
         content["strain"] = {"basis": basis}
         radius = content["rod"]["section"]["radius"]
         content["rod"]["section"]["radius"] = [radius, 0.6 * radius]

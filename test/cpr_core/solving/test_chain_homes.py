@@ -9,21 +9,15 @@ import numpy as np
 import pytest
 import yaml
 from helpers.random_chains import random_chain_robot, rough_joints, rough_pose, sides
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cpr_core import DescriptionError, NoForwardSolution, load_robot, solve_home
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.description.joints import Fixed, Joint, RevoluteJoint, Universal
 from cpr_core.lie import rotation_exp
 from cpr_core.model.shape import rod_bases, tip_poses
 from cpr_core.solving.rough_shape import rough_platforms, rough_state
-
-
-def content(name):
-    return yaml_content(shipped_robots()[name].read_text())
-
 
 KNOWN = {
     "pose": lambda made, seed: {"platform": rough_pose(made, seed, 0.05, 0.2)},
@@ -103,7 +97,7 @@ def test_joints_choose_between_assemblies_at_the_same_motors(side):
 
 
 def test_rods_and_joints_begin_as_they_are_at_rest():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][0]["chain"][2] |= {"stiffness": 0.1, "rest": [0.3, -0.2]}
     changed["home"]["joints"] = {"leg2.joint2": [0.1, 0.4]}
     robot = load_robot(changed)
@@ -140,7 +134,7 @@ def leg_ends(robot, state):
     ],
 )
 def test_joints_that_are_not_there_or_have_other_axes_are_refused(joints, field, says):
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][1]["chain"][2] = {"joint": "revolute", "axis": [0, 1, 0]}
     changed["home"]["joints"] = joints
     with pytest.raises(DescriptionError) as caught:
@@ -150,7 +144,7 @@ def test_joints_that_are_not_there_or_have_other_axes_are_refused(joints, field,
 
 
 def test_a_universal_joint_with_a_motor_has_one_rough_turn():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][0]["chain"][2] |= {"motor": [None, "extra"]}
     changed |= {
         "controlled": [],
@@ -163,7 +157,7 @@ def test_a_universal_joint_with_a_motor_has_one_rough_turn():
 
 
 def test_joints_have_the_names_they_are_given_and_each_its_own():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][0]["chain"][2]["name"] = "hip"
     changed["legs"][1]["name"] = "left"
     names = [[joint.name for joint in leg.joints] for leg in load_robot(changed).description.legs]
@@ -177,7 +171,7 @@ def test_joints_have_the_names_they_are_given_and_each_its_own():
 
 
 def test_the_hinge_of_a_leg_in_the_short_form_has_a_name_too():
-    changed = content("three_rfr_hubs")
+    changed = shipped_content("three_rfr_hubs")
     del changed["legs"][0]["chain"]
     changed["legs"][0]["motor"] = {"type": "hinge", "axis": [0, 0, 1]}
     changed |= {"controlled": ["x", "y"], "home": {"motors": [0, 0], "bow": "left"}}
@@ -205,7 +199,7 @@ TIPS = {
 
 @pytest.mark.parametrize("tip", TIPS)
 def test_what_cannot_be_closed_names_leg_gap_and_angle(tip):
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][2]["base"]["position"][0] += 3.0
     changed["legs"][2]["tip"] |= {"type": tip} | TIPS[tip]
     says = r"leg3 misses its tip joint by [12]\.\d+ m and [\d.e-]+ rad$"
@@ -277,7 +271,7 @@ def test_a_platform_without_known_rotation_is_tried_as_the_world_and_turned_to_t
 
 
 def test_a_flat_platform_that_is_upside_down_is_turned_and_not_mirrored():
-    changed, turned = content("six_rus"), rotation_exp([np.pi, 0.0, 0.0])
+    changed, turned = shipped_content("six_rus"), rotation_exp([np.pi, 0.0, 0.0])
     changed["home"] = {"motors": [0.0] * 6, "joints": {"leg1.joint2": [0.0, 0.0]}}
     robot = load_robot(changed)
     _, tips = leg_ends(robot, rough_state(robot, robot.description.home))
@@ -292,7 +286,7 @@ def test_a_flat_platform_that_is_upside_down_is_turned_and_not_mirrored():
 
 def test_a_link_that_swings_between_two_joints_about_one_axis_is_named():
     """Nothing at all resists: the energy is flat along it, to the last bit."""
-    changed, hinge = content("three_prs"), {"joint": "revolute", "axis": [0, 0, 1]}
+    changed, hinge = shipped_content("three_prs"), {"joint": "revolute", "axis": [0, 0, 1]}
     between = [{"link": [-0.05, 0, 0], "mass": 0.1}, {"link": [0.05, 0, 0]}]
     changed["legs"][0]["chain"][2:3] = [hinge, *between, dict(hinge)]
     with pytest.raises(NoForwardSolution, match=r"nothing holds joint leg1\.joint2"):
@@ -304,7 +298,7 @@ def test_a_link_that_swings_between_two_joints_about_one_axis_is_named():
 @pytest.mark.parametrize("name", ["three_rfr_hubs", "three_prs"])
 def test_a_spring_beside_which_rods_are_nothing_is_named(name, joint, stiffness):
     """Everything is held, by more than ever; it was said that nothing holds the platform."""
-    changed = content(name)
+    changed = shipped_content(name)
     axis = [0, 0, 1] if joint == "revolute" else [0, 1, 0]
     spring = {"joint": joint, "axis": axis, "stiffness": stiffness}
     soft = {**spring, "stiffness": 1e3}
@@ -323,7 +317,7 @@ def test_a_spring_beside_which_rods_are_nothing_is_named(name, joint, stiffness)
 
 
 def test_what_nothing_holds_is_said_beside_a_stiff_spring_too():
-    changed, hinge = content("three_prs"), {"joint": "revolute", "axis": [0, 0, 1]}
+    changed, hinge = shipped_content("three_prs"), {"joint": "revolute", "axis": [0, 0, 1]}
     between = [{"link": [-0.05, 0, 0], "mass": 0.1}, {"link": [0.05, 0, 0]}]
     changed["legs"][0]["chain"][2:3] = [hinge, *between, dict(hinge)]
     changed["legs"][1]["chain"].insert(1, {**hinge, "stiffness": 1e4})

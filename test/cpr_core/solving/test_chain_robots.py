@@ -10,7 +10,7 @@ import pytest
 import yaml
 from helpers.chain_robots import as_chains
 from helpers.shipped_steps import CHAINS, SHORT_FORM, STEPS
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from numpy.polynomial.legendre import leggauss
 
 from cpr_core import (
@@ -29,15 +29,10 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_core.model.assessment import Assessment
 from cpr_core.workspace import map_workspace, pose_grid
 from cpr_core.workspace.store import read_map, write_map
-
-
-def content(name):
-    return yaml_content(shipped_robots()[name].read_text())
 
 
 def assert_same(found, expected, atol=1e-12):
@@ -80,7 +75,7 @@ OFFSETS = {
 def test_the_zero_of_a_motor_is_that_of_its_joint(kind):
     """As in a chain with the same offset, and as without offset where the joints are."""
     name, motor = OFFSETS[kind]
-    plain = yaml_content(shipped_robots()[name].read_text())
+    plain = shipped_content(name)
     if motor is not None:
         plain["home"]["motors"] = [0.0] * len(plain["legs"])
         for leg in plain["legs"]:
@@ -100,7 +95,7 @@ def test_the_zero_of_a_motor_is_that_of_its_joint(kind):
 
 @pytest.mark.parametrize("field", ["offset", "ratio", "limits"])
 def test_a_base_without_a_motor_has_nothing_of_one(field):
-    content = yaml_content(shipped_robots()["gough_stewart"].read_text())
+    content = shipped_content("gough_stewart")
     content["legs"][0]["motor"] = {"type": "welded", field: {} if field == "limits" else 0.1}
     with pytest.raises(DescriptionError, match=rf"legs\[0\]\.motor: unknown field '{field}'"):
         load_robot(content)
@@ -131,7 +126,7 @@ UNIVERSAL = {
 @pytest.mark.parametrize("kind", UNIVERSAL)
 def test_a_universal_joint_is_two_revolute_ones(kind):
     universal, *turns = UNIVERSAL[kind]
-    with_universal, with_revolutes = content("six_rus"), content("six_rus")
+    with_universal, with_revolutes = shipped_content("six_rus"), shipped_content("six_rus")
     with_universal["legs"][1]["chain"][2] = {"joint": "universal", "axes": AXES} | universal
     with_revolutes["legs"][1]["chain"][2:3] = [
         {"joint": "revolute", "axis": axis} | turn for axis, turn in zip(AXES, turns, strict=True)
@@ -285,7 +280,7 @@ def test_a_cone_with_a_moment_at_its_tip(end_radius):
 @pytest.mark.parametrize("offset", [[0.03, 0, 0], [0.0, 0.04, 0.02]])
 def test_a_link_moves_the_tip_as_rigid_kinematics_says(offset):
     """A rod without stress, turned by its motor: the platform follows the link, whatever its length."""
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     leg = changed["legs"][0]
     axis = np.array([0.0, -1.0, 0.0])
     leg["chain"] = [
@@ -364,7 +359,7 @@ def test_energy_is_the_work_of_the_motors(robot):
 
 def test_the_order_of_the_legs_does_not_matter(robot):
     name = robot.description.name
-    changed = content(name)
+    changed = shipped_content(name)
     changed["legs"].reverse()
     changed["home"]["motors"].reverse()
     other, home = load_robot(changed), solve_home(robot)
@@ -376,7 +371,7 @@ def test_the_order_of_the_legs_does_not_matter(robot):
 
 def test_a_robot_elsewhere_and_turned_is_the_same(robot):
     """Without gravity, which has a direction of its own."""
-    changed = content(robot.description.name)
+    changed = shipped_content(robot.description.name)
     changed["gravity"] = [0, 0, 0]
     original = solve_home(load_robot(changed))
     turn = rotation_exp([0, 0, 0.8] if robot.planar else [0.3, -0.5, 0.8])
@@ -404,7 +399,7 @@ def test_a_robot_elsewhere_and_turned_is_the_same(robot):
 def test_a_shared_motor_is_the_motors_moved_together():
     """Index and efforts by the chain rule: q of the six = A q of the shared ones."""
     alone = load_robot("six_rus")
-    changed, ratios = content("six_rus"), (1.0, -0.5, 1.0, 0.8, 1.0, 1.2)
+    changed, ratios = shipped_content("six_rus"), (1.0, -0.5, 1.0, 0.8, 1.0, 1.2)
     for number, (leg, ratio) in enumerate(zip(changed["legs"], ratios, strict=True)):
         leg["chain"][0] |= {"motor": f"pair{number // 2 + 1}", "ratio": ratio}
     changed |= {
@@ -444,7 +439,7 @@ def test_a_shared_motor_is_the_motors_moved_together():
 
 def test_the_six_rus_has_the_motor_angles_its_authors_give():
     """For a pose in the README of their code, solved to 1e-5, where nothing but rods weighs."""
-    changed, published = content("six_rus"), [0.48785652, 0.42037453, 0.28121425]
+    changed, published = shipped_content("six_rus"), [0.48785652, 0.42037453, 0.28121425]
     changed["platform"]["mass"] = 0.0
     for leg in changed["legs"]:
         del leg["chain"][1]["mass"]
@@ -457,7 +452,7 @@ def test_the_six_rus_has_the_motor_angles_its_authors_give():
 
 def test_a_limit_of_one_rod_of_two_is_named(tmp_path):
     """In errors and in maps, and what is stored of a map has a column for every rod."""
-    changed = content("three_rfr_hubs")
+    changed = shipped_content("three_rfr_hubs")
     brittle = {"rod": {"length": 0.3, "yield_strain": 0.0036}}
     changed["legs"][1]["chain"][2:3] = [{"rod": {"length": 0.3}}, brittle]
     robot = load_robot(changed)
@@ -483,7 +478,7 @@ def test_a_limit_of_one_rod_of_two_is_named(tmp_path):
 
 def test_a_joint_that_nothing_holds_is_named():
     """A straight rod between two ball joints spins about itself."""
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     for leg in changed["legs"]:
         leg["chain"][3:] = [{"rod": {"rest_curvature": {}}}]
     load_robot(changed)
@@ -495,7 +490,7 @@ def test_a_joint_that_nothing_holds_is_named():
 
 
 def test_what_cannot_be_closed_names_the_leg_and_the_gap():
-    changed = content("six_rus")
+    changed = shipped_content("six_rus")
     changed["legs"][2]["base"]["position"][0] += 3.0
     with pytest.raises(NoForwardSolution, match=r"leg3 misses its tip joint by 1\.\d+ m"):
         solve_home(load_robot(changed))
@@ -503,7 +498,7 @@ def test_what_cannot_be_closed_names_the_leg_and_the_gap():
 
 def in_pieces(name, pieces):
     """A planar shipped robot, every rod of it in pieces of equal length."""
-    described = content(name)
+    described = shipped_content(name)
     rod = {"rod": {"length": described["rod"]["length"] / pieces}}
     for number, leg in enumerate(described["legs"]):
         joint = {"joint": "revolute", "axis": [0, 0, 1], "motor": f"motor{number + 1}"}
@@ -529,7 +524,7 @@ def test_natural_units_do_not_depend_on_how_a_rod_is_cut():
 
 def test_a_stiff_fitting_decides_no_natural_unit():
     """A thick stub of 3 cm made the unit of energy 600 times as large: the node would have halted."""
-    described = content("rfrfr")
+    described = shipped_content("rfrfr")
     plain = load_robot(deepcopy(described))
     fitting = {"length": 0.03, "density": 0, "section": {"shape": "circular", "radius": 0.005}}
     for number, leg in enumerate(described["legs"]):

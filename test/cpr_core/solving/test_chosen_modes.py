@@ -9,7 +9,7 @@ import pickle
 import numpy as np
 import pytest
 import yaml
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from benchmarks.chosen_modes import compare_with_tolerance
 from cpr_core import (
@@ -33,10 +33,6 @@ from cpr_core.solving.chosen_modes import (
 from cpr_core.solving.fewest_modes import fewest_modes
 
 ROBOTS = list(shipped_robots())
-
-
-def content_of(name):
-    return yaml_content(shipped_robots()[name].read_text(encoding="utf-8"))
 
 
 def counts_of(robot):
@@ -106,7 +102,7 @@ def moved_without(exact, counts):
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_prs"])
 def test_modes_are_given_up_until_the_budget_is_used(name, basis):
     """Against all that is given up held at once; modes that are not orthogonal depend on each other."""
-    content, budget = content_of(name), 1e-4
+    content, budget = shipped_content(name), 1e-4
     content["strain"] = {"basis": basis}
     exact = with_many_modes(load_robot(content), 1e-6)
     counts = fewest_modes(exact, budget, [1] * len(exact[0].robot.description.rods))
@@ -129,7 +125,7 @@ def test_the_numbers_of_before_do_not_matter():
 
 
 def test_a_tolerance_of_the_description_is_kept_by_what_is_loaded():
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["strain"] = {"tolerance": 1e-7}
     robot = load_robot(content)
     assert counts_of(robot) == counts_of(choose_modes(load_robot("rfrfr"), 1e-7))
@@ -142,7 +138,7 @@ def test_a_tolerance_of_the_description_is_kept_by_what_is_loaded():
 
 def test_modes_in_place_of_a_tolerance_are_those_of_all_directions():
     """Who names a tolerance has left no direction out, so that torsion is not."""
-    content = content_of("gough_stewart")
+    content = shipped_content("gough_stewart")
     expected = counts_of(load_robot(content))
     assert min(map(min, expected)) > 0
     content["strain"] = {"tolerance": 1e-4}
@@ -154,7 +150,7 @@ def test_modes_in_place_of_a_tolerance_are_those_of_all_directions():
 
 
 def test_chosen_modes_stay_where_other_numbers_change():
-    content = content_of("six_rfs")
+    content = shipped_content("six_rfs")
     content["strain"] = {"tolerance": 1e-6}
     robot = load_robot(content)
     changed = robot.with_parameters({"rod.young_modulus": 200e9})
@@ -165,7 +161,7 @@ def test_chosen_modes_stay_where_other_numbers_change():
 
 def test_rods_of_a_chain_are_chosen_for_one_by_one():
     """The rods of one leg are of different length."""
-    content = content_of("two_rods")
+    content = shipped_content("two_rods")
     content["strain"] = {"basis": "chebyshev", "tolerance": 1e-5}
     robot = load_robot(content)
     assert len(set(counts_of(robot))) > 1
@@ -186,7 +182,7 @@ def test_rods_of_a_chain_are_chosen_for_one_by_one():
     ],
 )
 def test_mistakes_name_the_field(strain, own, field, text):
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["strain"] = strain
     if own is not None:
         content["legs"][1]["strain"] = own
@@ -197,7 +193,7 @@ def test_mistakes_name_the_field(strain, own, field, text):
 
 def test_what_cannot_be_met_says_how_near_it_comes():
     """Polynomials do not follow a thin place."""
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["strain"] = {"tolerance": 1e-9}
     content["rod"]["profile"] = {"at": [0.0, 0.39, 0.5, 0.61, 1.0], "stiffness": [1, 1, 0.6, 1, 1]}
     with pytest.raises(DescriptionError, match=r"is about .* two rods in a chain") as caught:
@@ -214,7 +210,7 @@ def test_bad_questions_are_refused():
         choose_modes(robot, 9.9999999e-10)
     with pytest.raises(InvalidRequest, match="expected a Robot"):
         choose_modes("rfrfr", 1e-5)
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["strain"] = {"basis": "bsplines"}
     with pytest.raises(InvalidRequest, match=r"^modes: they cannot be chosen: B-splines"):
         choose_modes(load_robot(content), 1e-5)
@@ -260,7 +256,7 @@ def test_the_command_prints_a_table_and_what_was_chosen(capsys):
 
 
 def test_the_command_asks_for_no_more_than_the_tolerance(capsys, tmp_path):
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["rod"]["profile"] = {"at": [0.0, 0.39, 0.5, 0.61, 1.0], "stiffness": [1, 1, 0.6, 1, 1]}
     file = tmp_path / "thin.yaml"
     file.write_text(yaml.safe_dump(content))
@@ -274,7 +270,7 @@ def test_the_command_asks_for_no_more_than_the_tolerance(capsys, tmp_path):
 
 def test_a_cone_whose_error_falls_slowly_has_modes_too():
     """24 modes are a tenth of the tolerance off, and were refused for less than that."""
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     radius = content["rod"]["section"]["radius"]
     content["rod"]["section"]["radius"] = [0.2 * radius, radius]
     content["gravity"] = [0.0, -9.81, 0.0]

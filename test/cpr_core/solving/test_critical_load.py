@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 from helpers.columns import AT_TIP, BENDING, LENGTH, Guided, column
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from scipy.optimize import brentq
 
 from cpr_core import (
@@ -21,7 +21,6 @@ from cpr_core import (
 )
 from cpr_core.description import joints, motors
 from cpr_core.description.chain import Link, Turn
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.critical_load import critical_load, critical_load_factor
 
 CLAMPED_FREE = np.pi**2 * BENDING / (2.0 * LENGTH) ** 2
@@ -171,7 +170,7 @@ def test_a_limit_on_the_way_is_told_of_the_whole_way():
 @pytest.mark.parametrize("torsion", [0, 1])
 def test_where_branches_cross_it_is_a_crossing_though_none_goes_on(torsion):
     """Rounding decided: with another mode, which bends nothing, the same load was not a fold."""
-    content = yaml_content(shipped_robots()["three_rfs"].read_text())
+    content = shipped_content("three_rfs")
     content["strain"]["torsion"] = torsion
     found = critical_load(solve_home(load_robot(content)), [0.0, 0.0, -1.0])
     # The eigenvalue falls by 0.06 J/N to zero there, by extrapolation, and is known to 1e-9 J.
@@ -183,7 +182,7 @@ def test_where_branches_cross_it_is_a_crossing_though_none_goes_on(torsion):
 @pytest.mark.parametrize("name", ["two_rods", "planar_body"])
 def test_a_walk_that_rounding_ends_is_no_fold(name):
     """As far from the origin of the world as maps of countries are; a hundredth of the load was told."""
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     far = np.array([5e6, -5e6 / 3.0, 0.0])
     for leg in content["legs"]:
         leg["base"]["position"] = (far + leg["base"]["position"]).tolist()

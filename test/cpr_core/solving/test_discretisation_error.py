@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.chain_robots import as_chains
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from numpy.testing import assert_allclose
 
 from benchmarks.discretisation_error import MODES, compare, in_richer_space
@@ -104,7 +104,7 @@ def test_an_embedded_equilibrium_has_the_same_shape(name):
 
 
 def test_splines_too():
-    content = yaml_content(shipped_robots()["rfrfr"].read_text(encoding="utf-8"))
+    content = shipped_content("rfrfr")
     content["strain"] = {"basis": "bsplines", "degree": 3, "knots": [0.5]}
     home = solve_home(load_robot(content))
     finest = home.robot.description

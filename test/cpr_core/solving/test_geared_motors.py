@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from helpers.geared_robots import geared
 from helpers.shipped_steps import STEPS
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import (
     DescriptionError,
@@ -25,7 +25,6 @@ from cpr_core import (
     solve_inverse,
     trace,
 )
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.workspace import map_workspace, motor_grid
 
 
@@ -159,7 +158,7 @@ def test_limits_of_a_motor_are_those_in_front_of_its_gear():
     ],
 )
 def test_the_short_form_has_gears_too(name, motor, gear):
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     leg = content["legs"][0]
     if motor:  # the joint has to reach: zero at the base
         leg["motor"] = dict(motor)
@@ -185,7 +184,7 @@ def test_the_short_form_has_gears_too(name, motor, gear):
 
 def screwed(**fields):
     """The content of a robot whose first motor has a screw."""
-    content = yaml_content(shipped_robots()["three_prs"].read_text())
+    content = shipped_content("three_prs")
     joint = content["legs"][0]["chain"][0]
     del joint["limits"]
     joint.update(fields)
@@ -241,7 +240,7 @@ def test_what_no_screw_can_be_is_refused(fields, text):
     ],
 )
 def test_a_turning_joint_has_no_lead_and_no_other_motors_name(name, gear):
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     leg = content["legs"][0]
     (leg["chain"][0] if "chain" in leg else leg["motor"]).update(gear)
     with pytest.raises(DescriptionError, match=list(gear)[-1]):

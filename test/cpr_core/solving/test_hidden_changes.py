@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 from helpers.ring_robots import three_swinging
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,7 +21,6 @@ from cpr_core import (
     trace,
     trace_through,
 )
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.hidden_changes import (
     Hidden,
     Watched,
@@ -161,7 +160,7 @@ def test_inverse_singularities_come_in_pairs(name, motors, fractions, points):
 
 def test_a_limit_is_kept_all_along():
     """An effort was 5 % too large on the way, and accepted."""
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content["legs"][0]["motor"]["limits"] = {"effort": EFFORT_AT_ENDS}
     robot = load_robot(content)
     first, last = EFFORT_BETWEEN
@@ -177,7 +176,7 @@ def test_a_limit_is_kept_all_along():
 @pytest.mark.parametrize("part", [0.5, 0.9, 0.98])
 def test_a_limit_of_effort_is_kept_where_the_effort_has_changed_its_sign(part):
     """What is left of a limit has a kink there: beyond it the effort seemed to be far from its limit."""
-    content = yaml_content(shipped_robots()["four_rfr"].read_text())
+    content = shipped_content("four_rfr")
     joints = [leg["chain"][0] for leg in content["legs"]]
     for joint in joints:
         joint.pop("limits")

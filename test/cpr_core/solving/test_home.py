@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 import pytest
 from helpers.ring_robots import three_columns, two_columns
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -27,10 +27,6 @@ from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.assembly import turned_over
 
 
-def content_of(name):
-    return yaml_content(shipped_robots()[name].read_text().replace("e9 ", ".0e+9 "))
-
-
 @pytest.mark.parametrize("modes", [3, 5, 8, 12])
 @pytest.mark.parametrize("name", shipped_robots())
 def test_every_shipped_robot_comes_to_rest_in_a_stable_equilibrium(name, modes):
@@ -43,7 +39,7 @@ def test_every_shipped_robot_comes_to_rest_in_a_stable_equilibrium(name, modes):
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_rfs", "planar_body"])
 def test_a_rough_pose_leads_to_the_same_home_as_the_sides(name):
     home = solve_home(load_robot(name))
-    content = content_of(name)
+    content = shipped_content(name)
     w, x, y, z = home.platform_quaternion
     place = home.platform_position + [0.03, -0.02, 0.0 if home.robot.planar else 0.02]
     content["home"] = {
@@ -59,7 +55,7 @@ def test_a_rough_pose_leads_to_the_same_home_as_the_sides(name):
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "three_rfs"])
 def test_sides_may_be_vectors_one_per_leg(name):
-    content = content_of(name)
+    content = shipped_content(name)
     middle = np.mean([leg["base"]["position"] for leg in content["legs"]], axis=0)
     content["home"]["bow"] = [
         [*(np.array(leg["base"]["position"]) - middle).tolist()] for leg in content["legs"]
@@ -70,7 +66,7 @@ def test_sides_may_be_vectors_one_per_leg(name):
 @pytest.mark.parametrize("kept", [[0], [0, 1], [0, 2], [0, 1, 2]])
 def test_a_platform_that_nothing_holds_is_said_to_be(kept):
     """Ball joints leave the platform a turn about every axis through all of them."""
-    content = content_of("six_rfs")
+    content = shipped_content("six_rfs")
     sides = [
         [np.cos(angle), np.sin(angle), 0.3] for angle in np.repeat([0, 1, 2], 2) * 2 * np.pi / 3
     ]
@@ -87,7 +83,7 @@ def test_a_platform_that_nothing_holds_is_said_to_be(kept):
 
 
 def test_left_and_right_are_the_mirror_images_of_each_other():
-    content = content_of("planar_body")
+    content = shipped_content("planar_body")
     content["home"] = {"motors": [-0.5] * 3, "bow": "right"}
     left, right = solve_home(load_robot("planar_body")), solve_home(load_robot(content))
     assert right.energy == pytest.approx(left.energy, abs=1e-9)
@@ -96,7 +92,7 @@ def test_left_and_right_are_the_mirror_images_of_each_other():
 
 @pytest.mark.parametrize("side", ["outward", "inward"])
 def test_rods_bow_away_from_the_middle_of_the_bases_or_to_it(side):
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["home"] = {"motors": [0.9, 2.2], "bow": side}
     description = load_robot(content).description
     middle = np.mean([leg.base_position for leg in description.legs], axis=0)
@@ -106,7 +102,7 @@ def test_rods_bow_away_from_the_middle_of_the_bases_or_to_it(side):
 
 
 def test_the_other_side_is_another_equilibrium():
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["home"] = {"motors": [0.9, 2.2], "bow": ["left", "right"]}
     inward = solve_home(load_robot(content))
     content["home"]["bow"] = ["right", "left"]
@@ -185,7 +181,7 @@ def test_where_a_robot_comes_to_rest_is_no_matter_of_rounding(build):
 
 
 def test_a_robot_that_snaps_under_its_loads_comes_to_rest_below():
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["platform"]["mass"] = 0.6
     content["gravity"] = [0, -9.81, 0]
     home = solve_home(load_robot(content))
@@ -211,7 +207,7 @@ def test_a_robot_that_snaps_under_its_loads_comes_to_rest_below():
     ],
 )
 def test_bad_sides_are_refused(home, field, text):
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["home"] = {"motors": [2.59, 0.55]} | home
     with pytest.raises(DescriptionError) as caught:
         load_robot(content)
@@ -220,7 +216,7 @@ def test_bad_sides_are_refused(home, field, text):
 
 
 def test_left_and_right_are_for_the_plane():
-    content = content_of("six_rfs")
+    content = shipped_content("six_rfs")
     content["home"]["bow"] = "left"
     with pytest.raises(DescriptionError, match="expected outward, inward or a vector, got 'left'"):
         load_robot(content)
@@ -239,7 +235,7 @@ def test_left_and_right_are_for_the_plane():
 @pytest.mark.filterwarnings("ignore::cpr_core.DescriptionWarning")
 def test_motors_are_within_their_limits_before_rods_are_bent(position, limits, text):
     """Rods that were bent by numbers beyond all others ended in an assertion."""
-    content = content_of("rfrfr")
+    content = shipped_content("rfrfr")
     content["home"]["motors"] = [position, 0.55]
     content["legs"][0]["motor"] |= {"limits": {"position": limits} if limits else {}}
     with pytest.raises(DescriptionError) as caught:
@@ -252,7 +248,7 @@ def test_motors_are_within_their_limits_before_rods_are_bent(position, limits, t
 @pytest.mark.parametrize("offset", [1e300, -1e17, 1.1e9])
 def test_a_joint_beyond_all_numbers_is_refused(name, offset):
     """It ended in an assertion without words, or in a home that rounding had chosen."""
-    content = content_of(name)
+    content = shipped_content(name)
     leg = content["legs"][0]
     (leg["motor"] if "motor" in leg else leg["chain"][0])["offset"] = offset
     with pytest.raises(DescriptionError, match=r"offset: expected a number of at (least -|most )1"):
@@ -262,7 +258,7 @@ def test_a_joint_beyond_all_numbers_is_refused(name, offset):
 @pytest.mark.parametrize("far", [1e12, 1e155, 1e200])
 def test_a_tip_beyond_all_numbers_is_refused(far):
     """It was an error of the linear algebra."""
-    content = content_of("four_rfr")
+    content = shipped_content("four_rfr")
     content["legs"][2]["tip"]["position"] = [0.05, far, 0.0]
     with pytest.raises(
         DescriptionError, match=r"1e\+09 rod lengths away: looks like milli"
@@ -273,7 +269,7 @@ def test_a_tip_beyond_all_numbers_is_refused(far):
 
 def turned_bases(angles, **platform):
     """Rods clamped at both ends, their bases turned [rad]; beside a pose they are stiff in torsion."""
-    content = content_of("gough_stewart")
+    content = shipped_content("gough_stewart")
     for leg, angle in zip(content["legs"], angles, strict=True):
         leg["base"]["normal"] = [np.cos(angle), np.sin(angle), 0.0]
     if platform:
@@ -311,7 +307,7 @@ def test_rods_that_are_wound_at_home_are_told(angle, wound):
 
 
 def test_a_rod_that_is_twisted_at_rest_is_not_wound():
-    content = content_of("gough_stewart")
+    content = shipped_content("gough_stewart")
     content["rod"]["rest_curvature"] = {"torsion": [1.2 / content["rod"]["length"]]}
     for leg, angle in zip(content["legs"], [-1.2] * 6, strict=True):
         leg["base"]["normal"] = [np.cos(angle), np.sin(angle), 0.0]

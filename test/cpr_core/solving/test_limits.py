@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import (
     MotorLimitExceeded,
@@ -19,7 +19,6 @@ from cpr_core import (
     solve_inverse,
     trace_through,
 )
-from cpr_core.description.description_file import shipped_robots
 from cpr_core.solving.limits import (
     ROUNDING,
     check_limits,
@@ -31,7 +30,7 @@ from cpr_core.solving.limits import (
 
 
 def limited(motor, **limits):
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content["legs"][motor]["motor"]["limits"] = limits
     return load_robot(content)
 
@@ -125,7 +124,7 @@ def test_a_value_beyond_a_limit_is_told_from_it(value, limits, words):
 
 
 def strain_limited():
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content["rod"]["yield_strain"] = 0.01
     for leg in content["legs"]:
         leg["motor"]["limits"] = {"effort": 3.0}

@@ -11,7 +11,7 @@ import yaml
 from helpers.parameter_kinds import parameter_kinds, with_loads
 from helpers.shipped_steps import REDUNDANT, STEPS
 from helpers.solved_beside import polished, robots_beside, solved_slopes
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from numpy.testing import assert_allclose, assert_array_equal
 
 from cpr_core import (
@@ -260,7 +260,7 @@ def test_a_number_next_to_zero_is_varied_as_zero_is(tiny):
 
 def test_what_only_stretches_a_direction_does_nothing_to_stability():
     """Rounding was taken for an effect of it, and it was varied by 2^25: the whole call was refused."""
-    content = yaml_content(shipped_robots()["delta"].read_text())
+    content = shipped_content("delta")
     turn = rotation_exp([0.0, 0.0, 0.1])
     for leg in content["legs"]:
         for field in ("position", "tangent", "normal"):
@@ -353,7 +353,7 @@ def test_rods_without_a_load_notice_the_first_one():
 
 def test_slopes_of_stability_where_descriptions_end_are_those_of_the_robot_without_limits():
     """A rod that is next to nothing at the limit of its motor has none with a smaller offset."""
-    content, equilibria = yaml_content(shipped_robots()["gough_stewart"].read_text()), []
+    content, equilibria = shipped_content("gough_stewart"), []
     for limits in ({"position": [1e-9, 0.8]}, {}):
         content["legs"][0]["motor"] = {"type": "extensible", "offset": 0.0, "limits": limits}
         robot = load_robot(content)
@@ -400,7 +400,7 @@ def test_strain_modes_are_those_of_the_robot():
 
 def test_where_forces_may_act_is_not_varied_and_where_they_do_is():
     """A station that moves alone moves the nodes: what differed was the error of the quadrature."""
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content["stations"] = [0.3]
     content["rod"]["profile"] = {"at": [0.0, 0.45, 1.0], "stiffness": [1.0, 1.3, 1.1]}
     content["loads"] = {
@@ -451,7 +451,7 @@ def test_slopes_of_eigenvalues_that_are_close_to_others(name, path):
 
 
 def with_a_force(at):
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content["loads"] = {"points": [{"leg": "leg1", "at": at, "force": [0.05, -0.1, 0.0]}]}
     return load_robot(content)
 

@@ -5,7 +5,7 @@
 
 import numpy as np
 import pytest
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from scipy.optimize import minimize
 
 from cpr_core import (
@@ -22,13 +22,12 @@ from cpr_core import (
     trace,
     trace_through,
 )
-from cpr_core.description.description_file import shipped_robots
 
 TARGET = np.array([-0.06, 0.03, 0.1])
 
 
 def without_limits(name="four_rfr"):
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     for leg in content["legs"]:
         leg["chain"][0].pop("limits", None)
     return load_robot(content)
@@ -42,7 +41,7 @@ def point_robot():
         tip = {"type": "revolute", "position": [0.0, 0.0, 0.0]}
         motor = {"type": "revolute", "axis": [0, 0, 1]}
         legs.append({"base": base, "motor": motor, "tip": tip})
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content |= {"legs": legs, "controlled": ["x", "y"]}
     content["rod"] = {**content["rod"], "length": 0.7}
     content["home"] = {"motors": [1.0, 1.0, 1.0, 1.0], "bow": "left"}
@@ -151,7 +150,7 @@ def test_objectives_differ_and_each_is_best_at_its_own(robot):
 
 def with_fine_motor(name):
     """A shipped robot without limits, a fine motor after the first one, about the same axis."""
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     for leg in content["legs"]:
         leg["chain"][0].pop("limits", None)
     chain = content["legs"][0]["chain"]
@@ -303,7 +302,7 @@ def test_what_is_out_of_reach_is_told():
 
 
 def test_limits_stop_the_way_and_bound_what_is_best():
-    content = yaml_content(shipped_robots()["four_rfr"].read_text())
+    content = shipped_content("four_rfr")
     home = solve_home(without_limits())
     free = solve_inverse(without_limits(), home.pose + TARGET)
     far = int(np.argmax(np.abs(free.motors - home.motors)))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from helpers.chain_robots import CHAINS, robot_of
 from helpers.parameter_kinds import parameter_kinds
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import CprError, Loads, PointForce, Robot, load_robot
 from cpr_core.description.description_file import shipped_robots
@@ -27,7 +27,7 @@ def robot(request):
 
 
 def test_a_robot_is_itself_wherever_its_description_came_from(robot):
-    again = load_robot(yaml_content(shipped_robots()[robot.description.name].read_text()))
+    again = load_robot(shipped_content(robot.description.name))
     assert is_robot(again, robot_as_json(robot))
     assert is_robot(robot, robot_as_json(again))
     tracked = replace(robot.description, tracker=Tracker(*np.ones((4, 3))))

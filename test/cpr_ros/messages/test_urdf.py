@@ -10,7 +10,7 @@ import pytest
 from helpers.fed_robots import fed, motors_of, plain_content
 from helpers.geared_robots import geared
 from helpers.tracked_robots import tracked
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import leg_shapes, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
@@ -88,7 +88,7 @@ def written(limit):
 
 
 def test_limits_of_motors_that_count_in_small_steps_are_not_cut():
-    content = yaml_content(shipped_robots()["planar_body"].read_text())
+    content = shipped_content("planar_body")
     counts = 2.0**24 / (2.0 * np.pi)  # per rad
     for leg in content["legs"]:
         motor = leg["motor"]
@@ -139,7 +139,7 @@ def test_a_motor_that_feeds_a_rod_moves_along_it():
 
 
 def test_a_joint_with_a_ratio_and_an_offset_follows_its_motor():
-    content = yaml_content(shipped_robots()["delta"].read_text())
+    content = shipped_content("delta")
     for leg in content["legs"][:2]:
         leg["chain"][0] |= {"ratio": -2.0, "offset": 0.1}
         del leg["chain"][0]["limits"]
@@ -171,7 +171,7 @@ def test_a_screw_is_a_motor_that_turns_and_a_joint_that_shifts():
 @pytest.mark.parametrize("ratio", [-2.0, 0.5])
 def test_limits_of_a_joint_are_those_of_its_motor_by_the_ratio(ratio):
     """The joint goes the ratio times the motor's way, and bears as much power."""
-    content = yaml_content(shipped_robots()["delta"].read_text())
+    content = shipped_content("delta")
     limits = {"position": [-0.4, 1.2], "speed": 3.0, "effort": 5.0}
     for leg in content["legs"][:2]:  # they share a motor
         leg["chain"][0] |= {"ratio": ratio, "limits": limits}
@@ -190,7 +190,7 @@ def test_limits_of_a_joint_are_those_of_its_motor_by_the_ratio(ratio):
 
 
 def test_a_motor_behind_a_passive_joint_has_no_place_in_the_tree():
-    content = yaml_content(shipped_robots()["delta"].read_text())
+    content = shipped_content("delta")
     hinge = {"joint": "revolute", "axis": [0, 0, 1], "stiffness": 5.0}
     for leg in content["legs"][:2]:
         leg["chain"].insert(0, hinge)

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import yaml
 from helpers.tracked_robots import tracked
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 
 from cpr_core import CprError, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
@@ -474,7 +474,7 @@ def test_keeping_takes_some_microseconds(file):
 
 def test_another_robot_or_description_is_told(file):
     KeptState(file, ROBOT).close()
-    content = yaml_content(shipped_robots()["rfrfr"].read_text())
+    content = shipped_content("rfrfr")
     content["rod"]["length"] *= 1.01
     for other in (load_robot("rfrfr", modes=6), load_robot(yaml.safe_dump(content))):
         kept = KeptState(file, ROBOT)
@@ -487,7 +487,7 @@ def test_another_robot_or_description_is_told(file):
 
 
 def renamed(name, old="rfrfr", new="other"):
-    content = yaml_content(shipped_robots()[name].read_text())
+    content = shipped_content(name)
     content["name"] = new
     return load_robot(yaml.safe_dump(content))
 

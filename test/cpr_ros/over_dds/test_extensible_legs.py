@@ -9,17 +9,15 @@ from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import SolveForward
 from helpers.driver import Driver
 from helpers.node_process import NodeProcess, free_domain, running_node
-from helpers.yaml_content import yaml_content
+from helpers.yaml_content import shipped_content
 from sensor_msgs.msg import JointState
-
-from cpr_core.description.description_file import shipped_robots
 
 NAMES = [f"motor{number}" for number in range(1, 7)]
 
 
 @pytest.fixture(scope="module")
 def unlimited(tmp_path_factory):
-    content = yaml_content(shipped_robots()["gough_stewart"].read_text().replace("e9", ".0e+9"))
+    content = shipped_content("gough_stewart")
     for leg in content["legs"]:
         del leg["motor"]["limits"]
     folder = tmp_path_factory.mktemp("unlimited")
