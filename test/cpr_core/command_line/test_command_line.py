@@ -1,11 +1,10 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Command line ``cpr``: results, JSON, exit status, messages."""
+"""Commands `forward` and `inverse` give the equilibria of the library, and these obey statics."""
 
 import json
 import math
-import os
 import shutil
 import subprocess
 import sys
@@ -13,90 +12,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
+from helpers.paper_motors import HOME
 from numpy.testing import assert_allclose
 
-from cpr_core import __version__, bending_strains, load_robot, solve_forward, solve_home
-from cpr_core.command_line import main, modes_command
-from cpr_core.description.controlled_coordinates import numbers_of
+from cpr_core import __version__
+from cpr_core.command_line import modes_command
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.kernel_warmup import compile_kernels
 from cpr_core.lie import rotation_from_quaternion
 from cpr_core.solving.not_reached import NotReached
 
-CPR = (sys.executable, "-m", "cpr_core.command_line")
-ANSWERED = ("forward", "rfrfr", "--motors", "2.59", "0.55")
-REFUSED = ("inverse", "rfrfr", "--pose", "9", "9", "--json")
-#: As at a terminal of one's own: what is printed waits for more.
-BUFFERED = os.environ | {"PYTHONUNBUFFERED": ""}
-PRINTED = ("answer", "refusal", "help")
-HOME = {"rfrfr": [2.59, 0.55], "six_rfs": [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def kernels():
-    """Compiled before, so that no command has to say that it compiles."""
-    list(compile_kernels())
-
-
-@pytest.fixture
-def cpr(capsys):
-    """Run the command line; returns exit status, standard output and standard error."""
-
-    def run(*arguments):
-        try:
-            status = main([str(argument) for argument in arguments])
-        except SystemExit as end:  # argparse
-            status = end.code
-        captured = capsys.readouterr()
-        return status, captured.out, captured.err
-
-    return run
-
-
-@pytest.fixture
-def solved(cpr):
-    """Run the command line with --json; returns the equilibrium."""
-
-    def run(*arguments):
-        status, out, err = cpr(*arguments, "--json")
-        assert (status, err) == (0, "")
-        return json.loads(out)
-
-    return run
-
-
-@pytest.fixture
-def failed(cpr):
-    """Run the command line, which fails; returns status and code and message of the error."""
-
-    def run(*arguments):
-        status, out, err = cpr(*arguments, "--json")
-        assert err == ""
-        error = json.loads(out)
-        assert set(error) == {"error"}
-        assert set(error["error"]) == {"code", "message"}
-        # The same without JSON, where it goes to standard error.
-        assert cpr(*arguments) == (status, "", f"cpr: error: {error['error']['message']}\n")
-        return status, error["error"]["code"], error["error"]["message"]
-
-    return run
-
-
-@pytest.fixture
-def misused(cpr):
-    """Run the command line with arguments it cannot read; returns the message."""
-
-    def run(*arguments):
-        status, out, err = cpr(*arguments)
-        assert (status, out) == (2, "")
-        assert err.startswith("usage: cpr")
-        return err
-
-    return run
-
-
-# The three results that must show.
+pytestmark = pytest.mark.usefixtures("compiled")  # no command has to say that it compiles
 
 
 def check_rfrfr_forward(result):
@@ -147,157 +72,6 @@ def test_the_installed_command():
     assert wrong.stderr.startswith("cpr: error: pose: not reached")
 
 
-@pytest.mark.parametrize("arguments", [ANSWERED, REFUSED, ("--help",)], ids=PRINTED)
-def test_a_reader_who_leaves_is_no_error(arguments):
-    """As `cpr ... | head`."""
-    process = subprocess.Popen(
-        [*CPR, *arguments],
-        env=BUFFERED,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    process.stdout.close()
-    assert (process.stderr.read(), process.wait(60)) == ("", 141)
-
-
-# What is printed.
-
-
-@pytest.mark.parametrize("name", HOME)
-def test_json_says_what_was_found_and_how_well(solved, name):
-    result = solved("forward", name, "--motors", *HOME[name])
-    legs = len(HOME[name])
-    assert result["robot"] == name
-    assert result["converged"] is True
-    assert 0.0 <= result["residual"] < 1e-10
-    assert isinstance(result["iterations"], int)
-    assert result["motor_names"] == [f"motor{k + 1}" for k in range(legs)]
-    assert len(result["motors"]) == len(result["efforts"]) == legs
-    assert set(result["platform"]) == {"position", "quaternion_wxyz"}
-    assert len(result["platform"]["position"]) == 3
-    assert np.linalg.norm(result["platform"]["quaternion_wxyz"]) == pytest.approx(1.0, abs=1e-14)
-    assert len(result["leg_coordinates"]) == legs * {"rfrfr": 5, "six_rfs": 10}[name]
-    assert len(result["multipliers"]) == legs * {"rfrfr": 2, "six_rfs": 3}[name]
-    assert result["energy"] > 0.0
-    for reading in ("locked", "free"):
-        negative = result[f"smallest_eigenvalue_{reading}"] < 0.0
-        assert (result[f"index_{reading}"] > 0) == negative
-    assert (result["margin_locked"] > 0.0) == (result["index_locked"] == 0)
-    assert result["energy_criterion_applies"] is True
-
-
-@pytest.mark.parametrize("name", HOME)
-def test_text_says_the_same_as_json(cpr, solved, name):
-    arguments = ("forward", name, "--motors", *HOME[name])
-    result = solved(*arguments)
-    status, out, err = cpr(*arguments)
-    assert (status, err) == (0, "")
-    lines = {line.split()[0]: line.split()[1:] for line in out.splitlines()}
-    for motor, position, effort in zip(
-        result["motor_names"], result["motors"], result["efforts"], strict=True
-    ):
-        assert lines[motor] == [f"{position:.10f}", "rad", f"{effort:.10f}", "N", "m"]
-    position = [f"{value:.10f}" for value in result["platform"]["position"]]
-    assert lines["platform"] == [*position, "m"]
-    assert lines["stable"][:4] == ["with", "motors", "held", "(index"]
-    if name == "six_rfs":
-        quaternion = [f"{value:.10f}" for value in result["platform"]["quaternion_wxyz"]]
-        assert lines["quaternion"][:4] == quaternion
-    else:
-        assert "quaternion" not in lines  # a point has none
-    pose = [f"{value:.10f}" for value in result["pose"]]
-    assert lines["controlled"] == [*pose, *f"({' '.join(result['pose_names'])})".split()]
-
-
-def strain_lines(out):
-    return [line.split() for line in out.splitlines() if line.startswith("  bending ")]
-
-
-@pytest.mark.parametrize("name", ["rfrfr", "gough_stewart", "six_rus"])
-def test_the_largest_bending_strain_is_printed(cpr, solved, name):
-    robot = load_robot(name)
-    motors = solve_home(robot).motors
-    strains = bending_strains(solve_forward(robot, motors))
-    arguments = ("forward", name, "--motors", *motors)
-    assert_allclose(solved(*arguments)["bending_strains"], strains, rtol=1e-9)
-    rod = robot.rod_names[strains.argmax()]
-    assert strain_lines(cpr(*arguments)[1]) == [
-        f"bending {strains.max():.10f} strain of {rod}, the largest".split()
-    ]
-
-
-def test_the_bending_strain_nearest_to_its_limit_is_printed_where_there_are_limits(cpr, tmp_path):
-    """The second leg is bent more, the first is nearer to what it bears; the third bears anything."""
-    content = yaml.safe_load(shipped_robots()["three_rfs"].read_text(encoding="utf-8"))
-    for leg, borne in zip(content["legs"], (0.006, 0.02), strict=False):
-        leg["rod"] = content["rod"] | {"yield_strain": borne}
-    file = tmp_path / "limits.yaml"
-    file.write_text(yaml.safe_dump(content), encoding="utf-8")
-    home = solve_home(load_robot(file))
-    moved = home.motors + [0.0, 0.1, 0.0]
-    strains = bending_strains(solve_forward(home.robot, moved))
-    assert strains[0] < strains[1]
-    assert strains[0] / 0.006 > strains[1] / 0.02
-    assert strain_lines(cpr("forward", file, "--motors", *moved)[1]) == [
-        f"bending {strains[0]:.10f} strain of leg1, nearest to its yield strain 0.006".split()
-    ]
-
-
-def test_bending_strains_that_nobody_knows_are_null_and_not_printed(cpr, solved, tmp_path):
-    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text(encoding="utf-8"))
-    stiffness = dict.fromkeys(("torsion", "bending_2", "bending_3"), 0.165)
-    content["rod"] = {"length": 1.0, "section": {"shape": "given"} | stiffness}
-    file = tmp_path / "given.yaml"
-    file.write_text(yaml.safe_dump(content), encoding="utf-8")
-    arguments = ("forward", file, "--motors", *HOME["rfrfr"])
-    assert solved(*arguments)["bending_strains"] == [None, None]
-    assert strain_lines(cpr(*arguments)[1]) == []
-
-
-@pytest.mark.parametrize("name", ["rfrfr", "three_rfr_hubs", "six_rfs", "delta"])
-def test_what_forward_prints_is_a_pose_for_inverse(cpr, solved, name):
-    described = load_robot(name).description
-    arguments = ("forward", name, "--motors", *described.home.motors)
-    result = solved(*arguments)
-    assert result["pose_names"] == list(numbers_of(described.controlled))
-    assert solved("inverse", name, "--pose", *result["pose"])["pose"] == pytest.approx(
-        result["pose"], abs=1e-9
-    )
-    status, out, _ = cpr(*arguments)
-    (line,) = [line for line in out.splitlines() if line.startswith("  controlled ")]
-    printed = line.split("(")[0].split()[1:]
-    found = solved("inverse", name, "--pose", *printed)
-    assert status == 0
-    assert_allclose(found["motors"], result["motors"], rtol=0.0, atol=1e-7)
-
-
-def test_angles_alone_are_printed_for_inverse_too(cpr, solved, tmp_path):
-    content = yaml.safe_load(shipped_robots()["six_rfs"].read_text(encoding="utf-8"))
-    content |= {"controlled": ["z", "roll", "pitch", "yaw", "x", "y"]}
-    file = tmp_path / "angles.yaml"
-    file.write_text(yaml.safe_dump(content), encoding="utf-8")
-    result = solved("forward", file, "--motors", *HOME["six_rfs"])
-    assert result["pose_names"] == ["z", "roll", "pitch", "yaw", "x", "y"]
-    found = solved("inverse", file, "--pose", *result["pose"])
-    assert_allclose(found["motors"], HOME["six_rfs"], rtol=0.0, atol=1e-9)
-
-
-def test_robots_that_control_nothing_print_no_pose(cpr, solved, tmp_path):
-    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text(encoding="utf-8"))
-    content["legs"].append(
-        content["legs"][0] | {"base": {"position": [0, 0, 0], "tangent": [1, 0, 0]}}
-    )
-    content |= {"controlled": []}
-    content["home"] = {"motors": [2.59, 0.55, 1.3], "bow": "left"}
-    file = tmp_path / "nothing.yaml"
-    file.write_text(yaml.safe_dump(content), encoding="utf-8")
-    arguments = ("forward", file, "--motors", 2.59, 0.55, 1.3)
-    result = solved(*arguments)
-    assert result["pose"] == result["pose_names"] == []
-    assert "\n  controlled   nothing\n" in cpr(*arguments)[1] + "\n"
-
-
 def test_version_and_help(cpr):
     assert cpr("--version") == (0, f"cpr {__version__}\n", "")
     status, out, _ = cpr("--help")
@@ -319,9 +93,6 @@ def test_modes_are_those_asked_for(solved):
     for modes in (3, 12):
         result = solved("forward", "rfrfr", "--motors", *HOME["rfrfr"], "--modes", modes)
         assert len(result["leg_coordinates"]) == 2 * modes
-
-
-# Physics.
 
 
 def test_forward_and_inverse_of_six_rfs_undo_each_other(solved):
@@ -405,143 +176,6 @@ def test_moments_in_space_leave_the_verdict_open(cpr, solved):
     assert "not decided" not in cpr(*force)[1]
 
 
-# Failures.
-
-
-@pytest.mark.parametrize(
-    ("name", "pose"), [("rfrfr", (0, 5)), ("six_rfs", (0.0, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0))]
-)
-def test_poses_out_of_reach_are_no_solution(failed, name, pose):
-    status, code, message = failed("inverse", name, "--pose", *pose)
-    assert (status, code) == (1, "NO_IK_SOLUTION")
-    assert message.startswith("pose: not reached from the start")
-    assert "% of the way" in message
-
-
-def test_motors_out_of_reach_are_no_solution(failed):
-    status, code, message = failed("forward", "rfrfr", "--motors", 259, 0.55)
-    assert (status, code) == (1, "NOT_CONVERGED")
-    assert message.startswith("motors: not reached from the start")
-
-
-@pytest.mark.parametrize("count", [1, 3])
-def test_the_wrong_number_of_motors_is_refused(failed, count):
-    status, code, message = failed("forward", "rfrfr", "--motors", *[0.5] * count)
-    assert (status, code) == (2, "INVALID_ROBOT_STATE")
-    assert message == f"motors: expected 2 numbers (motor1 motor2), got {count}"
-
-
-@pytest.mark.parametrize(
-    ("name", "count", "expected"),
-    [
-        ("rfrfr", 1, "2 numbers (x y)"),
-        ("rfrfr", 3, "2 numbers (x y)"),
-        ("six_rfs", 3, "7 numbers (x y z qw qx qy qz)"),
-        ("six_rfs", 8, "7 numbers (x y z qw qx qy qz)"),
-    ],
-)
-def test_the_wrong_number_of_coordinates_is_refused(failed, name, count, expected):
-    status, code, message = failed("inverse", name, "--pose", *[0.5] * count)
-    assert (status, code) == (2, "INVALID_ROBOT_STATE")
-    assert message == f"pose: expected {expected}, got {count}"
-
-
-@pytest.mark.parametrize("count", [6, 7])
-def test_a_quaternion_is_refused_by_what_it_is_where_it_is_none(failed, count):
-    _, code, message = failed("inverse", "three_rfr_hubs", "--pose", *[0.5] * count)
-    why = "; a quaternion is taken where the orientation is controlled, x y z qw qx qy qz where all is"
-    assert code == "INVALID_ROBOT_STATE"
-    assert message == f"pose: expected 3 numbers (x y angle), got {count}" + why * (count == 7)
-
-
-@pytest.mark.parametrize("value", ["nan", "inf", "1e999"])
-@pytest.mark.parametrize(
-    ("arguments", "name"),
-    [
-        (("forward", "rfrfr", "--motors", 2.59, "{}"), "motors"),
-        (("inverse", "rfrfr", "--pose", "{}", 0.8), "pose"),
-        (("forward", "rfrfr", "--motors", 2.59, 0.55, "--gravity", 0, "{}", 0), "gravity"),
-        (("forward", "rfrfr", "--motors", 2.59, 0.55, "--wrench", 0, 0, 0, "{}", 0, 0), "wrench"),
-    ],
-    ids=["motors", "pose", "gravity", "wrench"],
-)
-def test_numbers_that_are_not_finite_are_refused(failed, arguments, name, value):
-    status, code, message = failed(*(str(argument).format(value) for argument in arguments))
-    assert (status, code) == (2, "NON_FINITE_INPUT")
-    assert message.startswith(name)
-    assert "all finite" in message
-
-
-def test_quaternions_far_from_unit_length_are_refused(failed):
-    status, code, message = failed("inverse", "six_rfs", "--pose", 0, 0, 0.8, 1, 1, 0, 0)
-    assert (status, code) == (2, "INVALID_QUATERNION")
-    assert "expected unit length" in message
-
-
-@pytest.mark.parametrize("robot", ["rfrf", "no/such/robot.yaml", "x" * 300], ids=len)
-def test_unknown_robots_are_refused(failed, robot):
-    status, code, message = failed("forward", robot, "--motors", 2.59, 0.55)
-    assert (status, code) == (2, "INVALID_DESCRIPTION")
-    assert message.startswith(f"{robot}: ")
-
-
-def test_descriptions_with_a_mistake_are_refused(failed, tmp_path):
-    path = tmp_path / "robot.yaml"
-    text = shipped_robots()["rfrfr"].read_text()
-    path.write_text(text.replace("radius: 0.001", "radius: -0.001"))
-    status, code, message = failed("forward", path, "--motors", 2.59, 0.55)
-    assert (status, code) == (2, "INVALID_DESCRIPTION")
-    assert message.startswith(f"{path}: rod.section.radius: expected a number above 0, got -0.001")
-
-
-@pytest.mark.parametrize(
-    ("options", "name"),
-    [
-        (("--gravity", 0, 0, -9.81), "gravity"),
-        (("--wrench", 1, 0, 0, 0, 0, 0), "wrench_world"),
-        (("--wrench", 0, 0, 1, 0, 0, 0), "wrench_world"),
-        (("--wrench", 0, 0, 0, 0, 0, 1), "wrench_world"),
-    ],
-)
-def test_loads_out_of_the_plane_are_refused(failed, options, name):
-    status, code, message = failed("forward", "rfrfr", "--motors", 2.59, 0.55, *options)
-    assert (status, code) == (2, "INVALID_ROBOT_STATE")
-    assert message.startswith(f"{name}: expected ")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "hints"),
-    [
-        ((), ["COMMAND"]),
-        (("sideways",), ["sideways", "forward", "inverse"]),
-        (("forward",), ["ROBOT", "--motors"]),
-        (("forward", "rfrfr"), ["--motors"]),
-        (("inverse", "rfrfr"), ["--pose"]),
-        (("forward", "rfrfr", "--motors"), ["--motors", "expected at least one argument"]),
-        (("forward", "rfrfr", "--motors", "left", "0.55"), ["--motors", "'left'"]),
-        (("inverse", "rfrfr", "--pose", "0", "high"), ["--pose", "'high'"]),
-        (("forward", "rfrfr", "--motors", 1, 2, "--modes", 0), ["--modes", "1 to 40", "got 0"]),
-        (("forward", "rfrfr", "--motors", 1, 2, "--modes", 41), ["--modes", "1 to 40", "got 41"]),
-        (("forward", "rfrfr", "--motors", 1, 2, "--modes", 2.5), ["--modes", "'2.5'"]),
-        (("forward", "rfrfr", "--motors", 1, 2, "--gravity", 0, 0), ["--gravity", "expected 3"]),
-        (("forward", "rfrfr", "--motors", 1, 2, "--wrench", 0, 0, 0), ["--wrench", "expected 6"]),
-        (("forward", "rfrfr", "--motors", 1, 2, "--speed", 3), ["--speed"]),
-        (("inverse", "rfrfr", "--motors", 1, 2), ["--pose"]),
-    ],
-)
-def test_arguments_that_cannot_be_read_are_named(misused, arguments, hints):
-    message = misused(*arguments)
-    for hint in hints:
-        assert hint in message
-
-
-@pytest.mark.parametrize("modes", ["many", "2.5", ""])
-def test_mode_counts_that_are_no_numbers_are_refused_without_inner_names(misused, modes):
-    message = misused("forward", "rfrfr", "--motors", 2.59, 0.55, "--modes", modes)
-    assert "_positive" not in message
-    assert "1 to 40" in message
-
-
 @pytest.mark.parametrize("x", ["-0.001", "-1e-3", "-1E-03", "-.1e-2"])
 def test_negative_numbers_are_read_in_any_form(solved, x):
     result = solved("inverse", "rfrfr", "--pose", x, 0.8)
@@ -558,59 +192,6 @@ def test_negative_numbers_are_read_in_any_form(solved, x):
 def test_negative_loads_are_read_in_any_form(solved, option, scientific, decimal):
     arguments = ("forward", "rfrfr", "--motors", 2.59, 0.55, option)
     assert solved(*arguments, *scientific) == solved(*arguments, *decimal)
-
-
-@pytest.mark.parametrize(
-    "arguments", [ANSWERED, (*ANSWERED, "--json"), REFUSED, ("--help",)], ids=["text", *PRINTED]
-)
-def test_an_answer_that_cannot_be_printed_is_an_error_in_a_line(arguments):
-    with Path("/dev/full").open("w") as full:
-        done = subprocess.run(
-            [*CPR, *arguments], env=BUFFERED, stdout=full, stderr=subprocess.PIPE, text=True
-        )
-    assert done.returncode == 1
-    assert done.stderr == "cpr: error: [Errno 28] No space left on device\n"
-
-
-def test_a_closed_output_is_an_error_in_a_line():
-    command = [*CPR, *ANSWERED]
-    done = subprocess.run(
-        ["sh", "-c", '"$@" >&-', "sh", *command], stderr=subprocess.PIPE, text=True, check=False
-    )
-    assert (done.returncode, done.stderr) == (1, "cpr: error: standard output is closed\n")
-
-
-def test_letters_that_the_output_does_not_have_are_escaped(tmp_path):
-    robot = tmp_path / "robot.yaml"
-    text = shipped_robots()["rfrfr"].read_text()
-    assert text.count("name: rfrfr") == 1
-    robot.write_text(text.replace("name: rfrfr", "name: stäbe"), encoding="utf-8")
-    for encoding, name in (("ascii", r"st\xe4be"), ("utf-8", "stäbe")):
-        done = subprocess.run(
-            [*CPR, "forward", robot, *ANSWERED[2:]],
-            env=os.environ | {"PYTHONIOENCODING": encoding},
-            capture_output=True,
-            check=False,
-        )
-        assert (done.returncode, done.stderr) == (0, b"")
-        assert done.stdout.decode(encoding).startswith(f"{name}: equilibrium")
-
-
-@pytest.mark.parametrize("options", [(), ("--json",)])
-def test_warnings_are_lines_without_source_code(tmp_path, options):
-    """They came as Python's: with the file of cpr_core that warns, and its code."""
-    content = yaml.safe_load(shipped_robots()["rfrfr"].read_text(encoding="utf-8"))
-    content["home"]["platform"] = {"position": [3.0, 0.0, 0.0]}
-    robot = tmp_path / "far.yaml"
-    robot.write_text(yaml.safe_dump(content), encoding="utf-8")
-    command = [*CPR, "forward", str(robot), *ANSWERED[2:], *options]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    begin = f"cpr: warning: {robot}: home.platform.position: the home equilibrium found is "
-    assert done.returncode == 0
-    assert done.stderr.startswith(begin) and done.stderr.count("\n") == 1
-    assert "warning" not in done.stdout
-    if options:
-        assert json.loads(done.stdout)["converged"]
 
 
 def test_numbers_of_modes_without_an_equilibrium_are_told_in_json_too(cpr, monkeypatch):

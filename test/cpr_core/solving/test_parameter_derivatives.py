@@ -1,25 +1,21 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Derivatives by parameters against full solves of robots with other parameters."""
-
-from dataclasses import replace
+"""Derivatives of equilibria by parameters against full solves of robots with other parameters."""
 
 import numpy as np
 import pytest
 import yaml
+from helpers.compared_derivatives import STATE, compared, equilibrium_of, problems_of
 from helpers.parameter_kinds import parameter_kinds, with_loads
-from helpers.shipped_steps import REDUNDANT, STEPS
-from helpers.solved_beside import polished, robots_beside, solved_slopes
+from helpers.shipped_steps import STEPS
 from helpers.yaml_content import shipped_content
 from numpy.testing import assert_allclose, assert_array_equal
 
 from cpr_core import (
     CprError,
-    DescriptionError,
     InvalidRequest,
     Robot,
-    UnknownParameter,
     continued,
     derivatives,
     kinemato_statics,
@@ -27,14 +23,10 @@ from cpr_core import (
     solve_forward,
     solve_home,
 )
-from cpr_core.description.changed_description import named_parameters
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.condensation_kernel import DELAYED
-from cpr_core.lie import angle_motions, rotation_exp
-from cpr_core.model.residual_rates import parameter_scales
+from cpr_core.lie import angle_motions
 
-ROBOTS = list(shipped_robots())
-STATE = ("position", "rotation", "motors", "efforts")
 #: A straight rod, welded to the ground and to the platform.
 COLUMN = """
 name: column
@@ -49,69 +41,9 @@ legs:
 controlled: []
 home: {motors: [], platform: {position: [0.5, 0, 0]}}
 """
-#: Steps of the solves compared with, in parts of what moves the robot by a natural unit.
-STEPS_TRIED = (1e-3, 1e-4)
 
 
-def equilibrium_of(name):
-    robot = with_loads(load_robot(name))
-    found = solve_forward(robot, solve_home(robot).motors + np.array(STEPS[name]))
-    return polished(found, "motors")
-
-
-def problems_of(name):
-    return ("motors", "efforts") if name in REDUNDANT else ("motors", "pose", "efforts")
-
-
-def natural_units(robot):
-    energy = robot.arrays.energy_unit
-    return {
-        "position": robot.mean_length,
-        "rotation": 1.0,
-        "motors": robot.motor_units,
-        "efforts": energy / robot.motor_units,
-        "margin": 1.0,
-        "smallest_eigenvalue": energy,
-    }
-
-
-def compared(equilibrium, path, problem, quantities, tolerance=1e-6):
-    """Assert that derivatives are those of full solves; whether there were any to compare with.
-
-    Full solves have errors of their own, of fourth order in their steps: one of two has to agree.
-    """
-    robot, units = equilibrium.robot, natural_units(equilibrium.robot)
-    of = ("pose", "motors", "efforts", *(name for name in quantities if name not in STATE))
-    found = derivatives(equilibrium, path, of, problem)
-    (parameter,) = named_parameters(robot.description, path)
-    (scale,) = parameter_scales(equilibrium, (parameter,))
-    mine = {name: scale * getattr(found, name)[..., 0] / units[name] for name in quantities}
-    if scale == 0.0:
-        assert not any(np.any(getattr(found, name)) for name in STATE)
-        return False
-    moved = max(
-        1.0,
-        *(
-            np.abs(scale * getattr(found, name) / np.reshape(units[name], (-1, 1))).max()
-            for name in STATE
-        ),
-    )
-    away = []
-    for part in STEPS_TRIED:
-        step = part * scale / moved
-        robots = robots_beside(robot, parameter, step)
-        if robots is None:
-            return False
-        true = solved_slopes(equilibrium, robots, step, problem)
-        away.append(
-            max(np.abs(mine[name] - scale * true[name] / units[name]).max() for name in quantities)
-        )
-        if away[-1] < tolerance * moved:
-            return True
-    raise AssertionError((path, problem, away, moved))
-
-
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", shipped_robots())
 def test_state_derivatives_are_those_of_full_solves(name):
     """Every kind of parameter, the three problems in turn; one that all robots have in all of them."""
     equilibrium, seen = equilibrium_of(name), 0
@@ -128,20 +60,6 @@ def test_state_derivatives_are_those_of_full_solves(name):
             except CprError as error:
                 assert "planar" in str(error), path
     assert seen > 18
-
-
-@pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "planar_body", "four_rfr", "three_rfr_hubs"])
-def test_slopes_of_stability_are_those_of_full_solves(name):
-    """Robots whose eigenvalues stay apart; also legs in chains and redundant motors."""
-    equilibrium, problems = equilibrium_of(name), problems_of(name)
-    seen = 0
-    for number, path in enumerate(parameter_kinds(equilibrium.robot)[::2]):
-        try:
-            problem = problems[number % len(problems)]
-            seen += compared(equilibrium, path, problem, ("margin", "smallest_eigenvalue"))
-        except CprError as error:
-            assert "planar" in str(error), path
-    assert seen > 8
 
 
 def test_a_wildcard_is_the_sum_over_the_legs():
@@ -208,115 +126,6 @@ def test_what_moves_with_the_whole_robot():
     assert np.abs(found.efforts).max() < 1e-6
 
 
-def test_what_is_asked_for_is_there_and_nothing_else():
-    equilibrium = equilibrium_of("rfrfr")
-    found = derivatives(equilibrium, ["rod.length", "rod.density"], of="margin")
-    assert found.margin.shape == (2,)
-    assert found.position.shape == found.motors.shape == found.efforts.shape == (0, 2)
-    assert found.smallest_eigenvalue.shape == (0,)
-    whole = derivatives(equilibrium, ["rod.length", "rod.density"])
-    assert whole.twist_body.shape == (6, 2)
-    assert whole.motors.shape == whole.efforts.shape == (2, 2)
-    assert whole.margin.shape == (0,)
-    assert derivatives(equilibrium, "rod.length", problem="efforts").problem == "efforts"
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_it_does_not_matter_where_was_asked_first(name):
-    """At home motors at zero or a level platform may hide what a parameter does elsewhere."""
-    answers = []
-    for first in (False, True):
-        robot = with_loads(load_robot(name))
-        home = solve_home(robot)
-        away = polished(solve_forward(robot, home.motors + 2.0 * np.array(STEPS[name])), "motors")
-        paths = parameter_kinds(robot)
-        for path in paths if first else ():
-            refusal(home, path)
-        answers.append([refusal(away, path) for path in paths])
-    units = natural_units(robot)
-    for path, mine, other in zip(paths, *answers, strict=True):
-        if isinstance(mine, CprError):
-            assert str(mine) == str(other)
-            continue
-        (scale,) = parameter_scales(away, named_parameters(robot.description, path))
-        for name in STATE:
-            values = [scale * getattr(found, name)[:, 0] / units[name] for found in (other, mine)]
-            size = max(np.abs(values[1]).max(), 1.0)  # as of full solves
-            assert_allclose(*values, rtol=0.0, atol=1e-6 * size, err_msg=path)
-
-
-@pytest.mark.parametrize("tiny", [1e-9, 3e-11, 1e-13, -1e-20, 1e-300])
-def test_a_number_next_to_zero_is_varied_as_zero_is(tiny):
-    """Steps that were parts of it were lost beside a motor at 5 rad: it did nothing at all."""
-    path, answers = "legs[3].motor.offset", []
-    for value in (0.0, tiny):
-        robot = load_robot("six_rfs").with_parameters({path: value})
-        answers.append(derivatives(solve_home(robot), path))
-    for name in STATE:
-        both = [getattr(found, name) for found in answers]
-        assert_allclose(*both, rtol=0.0, atol=1e-6 * max(1.0, np.abs(both[0]).max()))
-    assert np.abs(answers[1].position).max() > 0.1
-
-
-def test_what_only_stretches_a_direction_does_nothing_to_stability():
-    """Rounding was taken for an effect of it, and it was varied by 2^25: the whole call was refused."""
-    content = shipped_content("delta")
-    turn = rotation_exp([0.0, 0.0, 0.1])
-    for leg in content["legs"]:
-        for field in ("position", "tangent", "normal"):
-            leg["base"][field] = (turn @ np.array(leg["base"][field], float)).tolist()
-    home = solve_home(load_robot(content))
-    paths = [f"legs[{leg}].base.normal[{axis}]" for leg in range(6) for axis in range(3)]
-    found = derivatives(home, paths, of=("margin", "smallest_eigenvalue"))
-    for slopes in (found.margin.reshape(6, 3), found.smallest_eigenvalue.reshape(6, 3)):
-        size = np.abs(slopes[:, 2]).min()
-        assert size > 1e-6
-        assert_allclose(slopes[:, :2], 0.0, rtol=0.0, atol=1e-6 * size)
-
-
-def refusal(equilibrium, path):
-    """Derivatives, or why there are none."""
-    try:
-        return derivatives(equilibrium, path)
-    except CprError as error:
-        return error
-
-
-def test_the_second_question_is_answered_by_the_same_numbers():
-    equilibrium = equilibrium_of("six_rfs")
-    paths = ["rod.length", "legs[0].motor.offset"]
-    first, again = derivatives(equilibrium, paths), derivatives(equilibrium, paths)
-    alone = derivatives(equilibrium, paths[1])
-    for name in STATE:
-        assert_array_equal(getattr(first, name), getattr(again, name))
-        assert_allclose(getattr(first, name)[:, 1:], getattr(alone, name), rtol=1e-12, atol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "kind", "told"),
-    [
-        (("rod.lenght",), UnknownParameter, "did you mean rod.length"),
-        (("rod.length", "wrench"), InvalidRequest, "expected some of pose, motors"),
-        (("rod.length", ()), InvalidRequest, "expected some of pose, motors"),
-        (("rod.length", "pose", "wrench"), InvalidRequest, "expected motors, efforts or pose"),
-        (([],), InvalidRequest, "at least one path"),
-        (("rod.yield_strain",), InvalidRequest, "not given"),
-        (("legs[0].base.position[2]",), CprError, "planar"),
-    ],
-)
-def test_bad_questions_are_refused(arguments, kind, told):
-    with pytest.raises(kind, match=told):
-        derivatives(solve_home(load_robot("rfrfr")), *arguments)
-
-
-def test_no_equilibrium_and_no_single_solution():
-    with pytest.raises(InvalidRequest, match="expected an Equilibrium"):
-        derivatives("home", "rod.length")
-    home = solve_home(load_robot("four_rfr"))
-    with pytest.raises(InvalidRequest, match="no single solution"):
-        derivatives(home, "rod.length", problem="pose")
-
-
 def test_with_a_motor_held_beside_the_pose():
     """Redundant motors: the one more than the pose needs stays where it is."""
     robot = with_loads(load_robot("four_rfr")).holding((2,))
@@ -349,34 +158,6 @@ def test_rods_without_a_load_notice_the_first_one():
         for problem in problems_of("six_rfs"):
             assert compared(equilibrium, path, problem, STATE)
     assert np.abs(derivatives(equilibrium, "gravity[2]").position).max() > 1e-4
-
-
-def test_slopes_of_stability_where_descriptions_end_are_those_of_the_robot_without_limits():
-    """A rod that is next to nothing at the limit of its motor has none with a smaller offset."""
-    content, equilibria = shipped_content("gough_stewart"), []
-    for limits in ({"position": [1e-9, 0.8]}, {}):
-        content["legs"][0]["motor"] = {"type": "extensible", "offset": 0.0, "limits": limits}
-        robot = load_robot(content)
-        away = solve_forward(robot, solve_home(robot).motors + np.array(STEPS["gough_stewart"]))
-        equilibria.append(polished(away, "motors"))
-    limited, free = equilibria
-    (offset,) = named_parameters(free.robot.description, "legs[0].motor.offset")
-    step = STEPS_TRIED[1] * parameter_scales(free, (offset,))[0]
-    assert robots_beside(limited.robot, offset, step) is None
-    true = solved_slopes(free, robots_beside(free.robot, offset, step), step, "motors")
-    found = derivatives(limited, offset.path, of=("margin", "smallest_eigenvalue"))
-    assert found.margin[0] == pytest.approx(true["margin"], rel=1e-6)
-    assert found.smallest_eigenvalue[0] == pytest.approx(true["smallest_eigenvalue"], rel=1e-6)
-
-
-def test_a_singular_equilibrium_has_none():
-    equilibrium = equilibrium_of("rfrfr")
-    nothing = equilibrium.factors.copy()
-    nothing["lane"][1:] = 0.0  # before that is how it was factored
-    singular = replace(equilibrium, known_factors=nothing)
-    assert derivatives(equilibrium, "rod.length").position.any()
-    with pytest.raises(CprError, match="singular with its motors held"):
-        derivatives(singular, "rod.length")
 
 
 def test_where_no_factors_are_kept():
@@ -424,62 +205,3 @@ def test_where_forces_may_act_is_not_varied_and_where_they_do_is():
         assert np.linalg.norm(slope) > 1e-4
         found = derivatives(home, path).position[:, 0]
         assert_allclose(found, slope, rtol=0.0, atol=1e-3 * np.linalg.norm(slope))
-
-
-@pytest.mark.parametrize("path", ["legs[0].base.position[0]", "legs[1].tip.position[1]"])
-@pytest.mark.parametrize("name", ["six_rus", "delta", "gough_stewart"])
-def test_slopes_of_eigenvalues_that_are_close_to_others(name, path):
-    """Their differences reached beyond where the next one is smaller, and were off by up to a half."""
-    robot = load_robot(name)
-    home = solve_home(robot)
-    away = 0.002 * robot.motor_units * np.cos(np.arange(robot.motor_count))
-    start = solve_forward(robot, home.motors + away, start=home)
-    found = derivatives(start, [path], of=("margin", "smallest_eigenvalue"))
-    value, step = float(robot.parameter_values(path)[0]), 1e-6
-    before, after = (
-        continued(start, robot.with_parameters({path: value + change})) for change in (-step, step)
-    )
-    for slope, first, last in (
-        (found.margin[0], before.margin, after.margin),
-        (
-            found.smallest_eigenvalue[0],
-            before.spectrum_locked.smallest,
-            after.spectrum_locked.smallest,
-        ),
-    ):
-        assert slope == pytest.approx((last - first) / (2.0 * step), rel=1e-3)
-
-
-def with_a_force(at):
-    content = shipped_content("rfrfr")
-    content["loads"] = {"points": [{"leg": "leg1", "at": at, "force": [0.05, -0.1, 0.0]}]}
-    return load_robot(content)
-
-
-@pytest.mark.parametrize("others", [(), ("legs[1].motor.offset", "legs[0].motor.offset")])
-def test_a_number_that_can_only_get_smaller(others):
-    """It was refused: there is no robot on the other side."""
-    path, largest, way = "loads.points[0].at", 1.0 - 4e-6, 1e-3
-
-    def at(value):
-        return solve_forward(with_a_force(value), [2.7, 0.4])
-
-    middle = at(largest)
-    found = derivatives(middle, [path, *others], of=("pose", "efforts", "margin"))
-    near = [middle, *(at(largest - number * way) for number in (1, 2, 3))]
-    weights = np.array([11.0, -18.0, 9.0, -2.0]) / (6.0 * way)
-    for own, values in (
-        (found.position[:, 0], [equilibrium.platform_position for equilibrium in near]),
-        (found.efforts[:, 0], [equilibrium.efforts for equilibrium in near]),
-        (found.margin[:1], [[equilibrium.margin] for equilibrium in near]),
-    ):
-        expected = weights @ np.array(values)
-        assert_allclose(own, expected, rtol=0.0, atol=1e-4 * np.abs(expected).max() + 1e-9)
-    single = derivatives(middle, path)
-    assert_allclose(found.position[:, 0], single.position[:, 0], rtol=1e-9)
-
-
-def test_a_number_that_can_go_neither_way_is_refused_with_the_reason():
-    home = solve_home(load_robot("rfrfr"))
-    with pytest.raises(DescriptionError, match=r"expected z = 0 in a planar robot, got .* 1e-05"):
-        derivatives(home, "gravity[2]")
