@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Sessions that tests move."""
+"""Sessions that tests move, and where the last state of a robot is kept."""
 
 import pytest
 from helpers.session_bench import Bench
@@ -19,3 +19,9 @@ def node():
     bench.session.commands.place(bench.session.solver.current.equilibrium.motors)
     bench.rest()
     return bench
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Of the last state; nobody has made its folder."""
+    return tmp_path / "folder" / "node.state"
