@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cpr_core.model.assessment import Threshold
-from cpr_ros.closed_loop.pose_loop import LoopStatus
+from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.following.goals import PoseGoal, motor_steps
 from cpr_ros.messages.conversions import Frames
 from cpr_ros.operation.session import Session
@@ -26,6 +26,8 @@ PERIOD = 0.02
 DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
 FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
 FRAMES = Frames("base", "platform")
+#: A setpoint of the planar robot [m], and how much longer than a tick's way a step may be told.
+TARGET, SLACK = np.array([0.05, 0.75]), 1.0 + 2e-5
 
 
 def live(**changed: float) -> LiveParameters:
@@ -92,3 +94,16 @@ class ClosedLoop:
             taken, pose = self._pictures.popleft()
             if pose is not None:
                 self.session.loop.take(pose, self.now, self.stamped * (self.now - taken))
+
+
+def frozen(bench, seconds, text):
+    """Nothing is corrected for a time, and the stream says why."""
+    bench.tick()
+    before, motors = bench.session.loop.correction, bench.model.motors
+    bench.run(seconds)
+    np.testing.assert_array_equal(bench.session.loop.correction, before)
+    np.testing.assert_allclose(bench.model.motors, motors, rtol=0.0, atol=1e-8)
+    assert bench.status.loop == Loop.FROZEN
+    assert text in bench.status.text
+    assert bench.status.blind == (not text.startswith("loop_"))
+    assert bench.longest_step <= SLACK

@@ -8,9 +8,12 @@ from __future__ import annotations
 import functools
 from dataclasses import replace
 
+import numpy as np
+
 import cpr_core
 from cpr_core import solve_home
 from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Assessment
+from cpr_ros.following.goals import PoseGoal
 from cpr_ros.following.motion_settings import Settings
 from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.following.supervision import State
@@ -82,3 +85,14 @@ class Drive:
     @property
     def motors(self):
         return self.current.equilibrium.motors
+
+
+def to(drive, *pose):
+    """Send the platform of a drive to a pose."""
+    drive.follow(PoseGoal(drive.robot, pose))
+
+
+def steps_of(drive):
+    """How far motors went in every tick, (ticks - 1, motors)."""
+    motors = np.array([outcome.assessment.equilibrium.motors for outcome in drive.outcomes])
+    return np.abs(np.diff(motors, axis=0))
