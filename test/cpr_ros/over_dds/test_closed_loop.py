@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A robot with softer rods and an unknown payload: measured, corrected, jogged."""
+"""A planar robot with softer rods and an unknown payload: measured, corrected, jogged."""
 
 import os
 import re
@@ -11,120 +11,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from cpr_msgs.action import MoveTo
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
-from geometry_msgs.msg import PoseStamped, TwistStamped
-from helpers.driver import EVERY_MESSAGE, Driver
+from geometry_msgs.msg import PoseStamped
+from helpers.camera import SPEED, Camera
 from helpers.goal_client import GoalClient
-from helpers.node_process import TIMEOUT, running_node
-from helpers.soft_robot import SoftRobot
-from helpers.tracked_robots import tracked_content
-from rclpy.qos import qos_profile_sensor_data
+from helpers.node_process import TIMEOUT
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray
 
-from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_from_quaternion
+pytestmark = pytest.mark.waits(seconds=50)
 
-pytestmark = pytest.mark.waits(seconds=65)
-
-RATE, SPEED = 200.0, 4.0
 SETPOINT = np.array([0.05, 0.75])
-
-
-class Camera(Driver):
-    """Moves a robot that is not as described by the motor commands, and measures its platform."""
-
-    def __init__(self, client, name, payload=None):
-        self.real = SoftRobot(name, payload)
-        self.heard, self.waiting = [], None
-        node = client.node
-        self.topic = node.create_publisher(
-            PoseStamped, "/cpr_node/measured_platform_pose", qos_profile_sensor_data
-        )
-        self.twists = node.create_publisher(TwistStamped, "/cpr_node/platform_twist", 1)
-        self._listening = node.create_subscription(
-            Float64MultiArray, "/cpr_node/motor_commands", self._on_command, EVERY_MESSAGE
-        )
-        self._timer = None
-        self.changed = lambda message: message
-        super().__init__(client)
-        client.spin_until(
-            lambda: self.topic.get_subscription_count() and self.twists.get_subscription_count()
-        )
-
-    def _on_command(self, message):
-        self.heard.append(np.array(message.data))
-        self.waiting = self.heard[-1]
-
-    def measure(self, rate):
-        """Pictures a second; 0: none."""
-        if self._timer is not None:
-            self.client.node.destroy_timer(self._timer)
-        self._timer = self.client.node.create_timer(1.0 / rate, self._picture) if rate else None
-
-    def obey(self):
-        """Be where the newest command sends the motors."""
-        if self.waiting is not None:
-            self.real.move_to(self.waiting)
-            self.waiting = None
-
-    def _picture(self):
-        self.obey()
-        message = PoseStamped()
-        message.header.frame_id = "base"
-        message.header.stamp = self.client.node.get_clock().now().to_msg()
-        point, turn = message.pose.position, message.pose.orientation
-        point.x, point.y, point.z = self.real.equilibrium.platform_position.tolist()
-        turn.w, turn.x, turn.y, turn.z = self.real.equilibrium.platform_quaternion.tolist()
-        message = self.changed(message)
-        if message is not None:
-            self.topic.publish(message)
-
-    def twist(self, done, frame="", **linear):
-        """A twist, twenty times a second until something holds."""
-        message = TwistStamped()
-        message.header.frame_id = frame
-        for axis, value in linear.items():
-            setattr(message.twist.linear, axis, value)
-        timer = self.client.node.create_timer(0.05, lambda: self.twists.publish(message))
-        self.until(done, timeout=60.0)
-        self.client.node.destroy_timer(timer)
-
-    def check_commands(self):
-        """No command is farther from the one before than a tick's way."""
-        assert len(self.heard) > 10
-        steps = np.abs(np.diff(self.heard, axis=0))
-        assert steps.max() <= SPEED / RATE * (1.0 + 2e-5)
-
-    def until_frozen(self, text):
-        self.until(
-            lambda: (
-                self.metrics.loop == StabilityMetrics.LOOP_FROZEN and text in self.metrics.loop_text
-            )
-        )
-
-    def until_met(self, error):
-        """Until the errors of half a second are below a bound: none only swings through it."""
-
-        def met():
-            told = self.all(StabilityMetrics)[-10:]
-            return len(told) == 10 and all(
-                metrics.loop == StabilityMetrics.LOOP_CLOSED
-                and np.nanmax([metrics.position_error, metrics.rotation_error]) < error
-                for metrics in told
-            )
-
-        self.until(met, timeout=60.0)
-
-    def close(self):
-        self.measure(0)
-        node = self.client.node
-        node.destroy_publisher(self.topic)
-        node.destroy_publisher(self.twists)
-        node.destroy_subscription(self._listening)
-        super().close()
 
 
 @pytest.fixture
@@ -162,89 +60,6 @@ def test_the_measured_pose_is_met_and_open_it_is_not(camera):
     assert np.isnan(camera.metrics.rotation_error)  # this robot controls none
     assert 0.0 <= camera.metrics.measured_pose_age < 1.0
     camera.check_commands()
-
-
-def test_position_and_orientation_are_met(six_rfs):
-    camera = Camera(six_rfs.client, "six_rfs")
-    try:
-        camera.go_home()
-        assert camera.set_parameters(loop_gain=4.0, loop_max_rate=1.0).successful
-        camera.spin(0.1)
-        camera.heard.clear()
-        camera.until(lambda: True)
-        setpoint = camera.all(PoseStamped)[-1]
-        setpoint.pose.position.z -= 0.03
-        camera.platform.publish(setpoint)
-        z = setpoint.pose.position.z
-        camera.until(lambda: abs(camera.position[2] - z) < 1e-9)
-        camera.until_state(StabilityMetrics.STATE_IDLE)
-        camera.measure(50.0)
-        camera.until(lambda: camera.metrics.loop == StabilityMetrics.LOOP_CLOSED)
-        begun = next(m for m in camera.all(StabilityMetrics) if m.loop == m.LOOP_CLOSED)
-        off = begun.position_error, begun.rotation_error
-        camera.until_met(1e-6)
-        met = camera.metrics.position_error, camera.metrics.rotation_error
-        print(f"six_rfs: begun {off}, met {met} m, rad")
-        assert max(off) > 5e-3
-        camera.check_commands()
-    finally:
-        camera.close()
-
-
-def test_it_is_met_in_the_frame_of_a_tracker(tmp_path):
-    """A camera above the robot, of which the description says where it is; poses by matrices."""
-    content = tracked_content(
-        "six_rfs", [0.4, -0.6, 1.8, 3.0, 0.3, -0.4], [0.02, 0.03, 0.1, 0.2, 0.1, 1]
-    )
-    file = tmp_path / "tracked.yaml"
-    file.write_text(yaml.safe_dump(content))
-    tracker, marker = content["tracker"], content["tracker"]["marker"]
-    into_tracker, onto_marker = np.linalg.inv(_motion(tracker)), _motion(marker)
-    with running_node(tmp_path, f"robot:={file}", "max_speed:=4.0") as node:
-        camera = Camera(node.client, "six_rfs")
-
-        def in_tracker(message):
-            message.header.frame_id = "tracker"
-            point, turn = message.pose.position, message.pose.orientation
-            platform = np.eye(4)
-            platform[:3, :3] = rotation_from_quaternion([turn.w, turn.x, turn.y, turn.z])
-            platform[:3, 3] = point.x, point.y, point.z
-            told = into_tracker @ platform @ onto_marker
-            point.x, point.y, point.z = told[:3, 3].tolist()
-            turn.w, turn.x, turn.y, turn.z = quaternion_from_rotation(told[:3, :3]).tolist()
-            return message
-
-        try:
-            assert camera.set_parameters(loop_gain=4.0, loop_max_rate=1.0).successful
-            camera.spin(0.1)
-            camera.changed = in_tracker
-            camera.until(lambda: True)
-            setpoint = camera.all(PoseStamped)[-1]
-            setpoint.pose.position.z -= 0.03
-            point, turn = setpoint.pose.position, setpoint.pose.orientation
-            camera.platform.publish(setpoint)
-            camera.until(lambda: abs(camera.position[2] - point.z) < 1e-9)
-            camera.until_state(StabilityMetrics.STATE_IDLE)
-            camera.measure(50.0)
-            camera.until_met(5e-7)
-            camera.spin(0.1)
-            camera.obey()
-            real = camera.real.equilibrium
-            np.testing.assert_allclose(
-                real.platform_position, [point.x, point.y, point.z], atol=1e-6
-            )
-            wanted = rotation_from_quaternion([turn.w, turn.x, turn.y, turn.z])
-            np.testing.assert_allclose(real.platform_rotation, wanted, atol=1e-6)
-            camera.check_commands()
-        finally:
-            camera.close()
-
-
-def _motion(frame):
-    """A frame as a matrix that moves points, (4, 4)."""
-    found = np.eye(4)
-    found[:3, :3], found[:3, 3] = rotation_exp(frame["rotation_vector"]), frame["position"]
-    return found
 
 
 def test_it_halts_as_without(rfrfr):
