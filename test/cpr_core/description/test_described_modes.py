@@ -9,12 +9,10 @@ import re
 import numpy as np
 import pytest
 from helpers.spoilt_descriptions import ROBOTS, TEXTS, full_content, put, refused
-from numpy.testing import assert_allclose
 
 from cpr_core.description.description_file import read_description
 from cpr_core.errors import CprError, DescriptionError, InvalidRequest
 from cpr_core.model.robot import Robot
-from cpr_core.solving.geometrico_statics import solve_forward
 from cpr_core.solving.load_robot import load_robot
 
 
@@ -74,14 +72,3 @@ def test_at_least_one_mode_is_needed(name):
 def test_planar_robots_bend_in_the_plane(rfrfr, which):
     rfrfr["strain"][which] = 1
     refused(rfrfr, "strain", "bends about d3 only", "bending_3")
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-@pytest.mark.parametrize("basis", ["legendre", "chebyshev", "monomials"])
-def test_bases_span_the_same_shapes(name, basis):
-    content = full_content(name)
-    content["strain"]["basis"] = basis
-    motors = np.array(content["home"]["motors"]) + 0.05
-    found = solve_forward(load_robot(content), motors)
-    expected = solve_forward(load_robot(name), motors)
-    assert_allclose(found.platform_position, expected.platform_position, rtol=0.0, atol=1e-8)

@@ -57,10 +57,6 @@ def test_an_empty_name_is_called_one(robot):
         read_description(robot)
 
 
-def test_directories_are_refused(tmp_path):
-    refused(tmp_path, "", "file")
-
-
 def test_names_too_long_for_a_file_are_refused():
     refused("x" * 300, "")
 
@@ -115,6 +111,7 @@ def test_parts_of_a_file_can_be_shared_by_anchors_and_merge_keys(file):
 
 
 def test_a_folder_is_no_description(tmp_path):
+    refused(tmp_path, "", "file")
     with pytest.raises(DescriptionError, match="it is a folder"):
         load_robot(tmp_path)
 

@@ -10,20 +10,13 @@ from helpers.doubts import DEGREES, MILLIMETRES
 from helpers.spoilt_descriptions import put
 from helpers.yaml_content import shipped_content
 
-from cpr_core import DescriptionError, DescriptionWarning, load_robot, solve_home
-from cpr_core.description.description_file import read_description, shipped_robots
+from cpr_core import DescriptionError, DescriptionWarning, load_robot
+from cpr_core.description.description_file import read_description
 
 
 def soft(content):
     """Silicone: as soft as a modulus in MPa of a metal looks."""
     content["rod"] |= {"young_modulus": 1e5, "shear_modulus": 4e4, "density": 1070.0}
-
-
-@pytest.mark.parametrize("name", shipped_robots())
-def test_shipped_robots_are_beyond_doubt(name):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DescriptionWarning)
-        _ = solve_home(load_robot(name))
 
 
 @pytest.mark.parametrize(

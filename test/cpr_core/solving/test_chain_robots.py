@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from helpers.shipped_steps import CHAINS, STEPS
 from helpers.yaml_content import shipped_content
-from numpy.polynomial.legendre import leggauss
 
 from cpr_core import (
     NoForwardSolution,
@@ -37,34 +36,6 @@ def test_home_is_found_stable_and_poses_lead_back_to_motors(robot):
     np.testing.assert_allclose(back.pose, moved.pose, atol=1e-9)
     if robot.redundancy == 0:  # else others are nearer to home
         np.testing.assert_allclose(back.motors, moved.motors, atol=1e-9)
-
-
-def test_jacobian_against_differences(robot):
-    home, step = solve_home(robot), 1e-4
-    jacobian = kinemato_statics(home).jacobian
-    for motor in range(robot.motor_count):
-        way = step * np.eye(robot.motor_count)[motor]
-        ahead, behind = (
-            solve_forward(robot, home.motors + sign * way, start=home) for sign in (1, -1)
-        )
-        moved = (ahead.platform_position - behind.platform_position) / (2 * step)
-        linear = home.platform_rotation.T @ moved
-        rows = [row for row, axis in enumerate(robot.platform_axes) if axis >= 3]
-        axes = robot.platform_axes[rows] - 3
-        np.testing.assert_allclose(jacobian[rows, motor], linear[axes], atol=1e-7)
-
-
-def test_energy_is_the_work_of_the_motors(robot):
-    """Gravity, springs and all: along a way of the motors, by Gauss' quadrature."""
-    home = solve_home(robot)
-    way = 3.0 * np.array(STEPS[robot.description.name])
-    nodes, weights = leggauss(12)
-    work, last = 0.0, home
-    for node, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
-        last = solve_forward(robot, home.motors + node * way, start=last)
-        work += weight * float(last.efforts @ way)
-    end = solve_forward(robot, home.motors + way, start=last)
-    assert work == pytest.approx(end.energy - home.energy, rel=1e-6)
 
 
 def test_the_order_of_the_legs_does_not_matter(robot):
@@ -197,10 +168,3 @@ def test_a_joint_that_nothing_holds_is_named():
         solve_home(load_robot(changed))
     changed["legs"][2]["chain"][3]["stiffness"] = 0.01
     assert solve_home(load_robot(changed)).stable
-
-
-def test_what_cannot_be_closed_names_the_leg_and_the_gap():
-    changed = shipped_content("six_rus")
-    changed["legs"][2]["base"]["position"][0] += 3.0
-    with pytest.raises(NoForwardSolution, match=r"leg3 misses its tip joint by 1\.\d+ m"):
-        solve_home(load_robot(changed))
