@@ -158,9 +158,11 @@ class Flood:
     def _is_found_again(self, start: Equilibrium, cell: int) -> bool:
         """Whether a walk leads to a cell as the map has it."""
         walk = self._walk_to_cell(start, cell)
-        if walk.stopped is not None:
-            return False
-        end = self._arrived(walk.last)
+        return walk.stopped is None and self._is_as_found(cell, walk.last)
+
+    def _is_as_found(self, cell: int, last: Equilibrium) -> bool:
+        """Whether a walk to a cell ended at the equilibrium that the map has there."""
+        end = self._arrived(last)
         return bool(self._distance(np.array([cell]), end, np.array([0]))[0] < self.same)
 
     def begin(self) -> None:
@@ -290,7 +292,7 @@ class Flood:
         self.cells.edge_fraction[target[passed], back[passed]] = 1.0
         edges[source[differing], column[differing]] = EdgeState.DISAGREES
         for way in np.flatnonzero(arrivals.status == FLIPPED).tolist():
-            if self.cells.order[target[way]] < 0:
+            if edges[source[way], column[way]] == EdgeState.FLIPPED:  # not passed the other way
                 self._walk(int(source[way]), int(column[way]), int(target[way]))
 
     def _walk(self, source: int, column: int, target: int) -> None:
@@ -299,10 +301,14 @@ class Flood:
         walk = self._walk_to_cell(start, target)
         if walk.stopped is not None:
             return
-        self._accept_walk(target, walk.last)
+        self.cells.edge_fraction[source, column] = 1.0
+        if self.cells.order[target] < 0:
+            self._accept_walk(target, walk.last)
+        elif not self._is_as_found(target, walk.last):
+            self.cells.edges[source, column] = EdgeState.DISAGREES
+            return
         self.cells.edges[source, column] = EdgeState.PASSED
         self.cells.edges[target, column ^ 1] = EdgeState.PASSED
-        self.cells.edge_fraction[source, column] = 1.0
         self.cells.edge_fraction[target, column ^ 1] = 1.0
 
     def _walk_to_cell(self, start: Equilibrium, cell: int) -> Walk:

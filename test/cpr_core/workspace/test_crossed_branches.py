@@ -1,0 +1,57 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Maps over places where branches cross: the sign of the problem changes there, and walks go on."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cpr_core import NoInverseSolution, load_robot, solve_inverse
+from cpr_core.workspace import EdgeState, map_workspace, pose_grid
+from cpr_core.workspace.first_cell import without_limits
+
+
+@cache
+def tilted():
+    """The 3-PRS robot tilted until its rods bow to the side: where they begin to, branches cross."""
+    robot = load_robot("three_prs")
+    grid = pose_grid(robot, {"z": (0.2, 0.6), "pitch": (-1.0, 1.0)}, resolution=0.04)
+    return map_workspace(robot, grid, workers=0)
+
+
+def walked(cell, place):
+    """The end of a walk from a cell to a place, whatever motors and rods bear."""
+    found = tilted()
+    start = replace(found.equilibrium(cell), robot=without_limits(found.robot))
+    z, pitch = place
+    end = solve_inverse(start.robot, [z, 0.0, pitch], start=start)
+    return replace(end, robot=found.robot)
+
+
+def crossing_ways():
+    """Cells and their neighbours, both reached, on two sides of a crossing."""
+    found = tilted()
+    cell, column = np.nonzero(found.cells.edges[:, 1::2] != EdgeState.UNTRIED)
+    neighbour = found.grid.neighbours[cell, 2 * column + 1]
+    sides = found.cells.signs[:, -1]
+    crossing = found.reached[neighbour] & (sides[cell] != sides[neighbour])
+    return list(zip(cell[crossing].tolist(), neighbour[crossing].tolist(), strict=True))
+
+
+def test_ways_that_a_walk_passes_are_passed_whatever_was_reached_before():
+    """Only those to cells not reached yet had been walked; the others were ends of the branch."""
+    found, ways = tilted(), crossing_ways()
+    assert len(ways) > 4
+    for cell, neighbour in ways:
+        column = found.grid.neighbours[cell].tolist().index(neighbour)
+        end = walked(cell, found.place(neighbour))
+        np.testing.assert_allclose(end.motors, found.motors[neighbour], rtol=0.0, atol=1e-8)
+        assert found.cells.edges[cell, column] == EdgeState.PASSED
+    (ends,) = (border for border in found.borders if border.kind == "singularity")
+    assert not {tuple(sorted(pair)) for pair in ends.cells.tolist()} & {*ways}
+    for pair in ends.cells[::9].tolist():
+        with pytest.raises(NoInverseSolution):
+            walked(pair[0], found.place(pair[1]))
