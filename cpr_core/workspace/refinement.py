@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,7 +125,7 @@ def _by_bisection(
         before.append(first)
         after.append(beyond)
         more = beyond != values[neighbour]
-        near = Cells(*(array[more] for array in far))
+        near = _rows(far, more)
         first, low = beyond[more], high[more]
         cell, neighbour = cell[more], neighbour[more]
         far = cells_at(grid, cells, neighbour)
@@ -157,6 +158,11 @@ def _between(found: WorkspaceMap, cell: Integers, neighbour: Integers, fraction:
     return first + fraction[:, None] * (last - first)
 
 
+def _rows(batch: Cells, which: NDArray[Any]) -> Cells:
+    """Some rows of a batch, by their numbers or by flags."""
+    return Cells(*(array[which] for array in batch))
+
+
 def _chosen(which: NDArray[np.bool_], batch: Cells, other_batch: Cells) -> Cells:
     """Rows of one batch where it is chosen, of another elsewhere."""
     return Cells(
@@ -176,19 +182,35 @@ def _solved_at(
     far: Cells,
     coordinates: Floats,
 ) -> Arrivals:
-    """Equilibria at coordinates between two points nearby."""
-    count = len(coordinates)
-    guesses = configuration_rows(
-        0.5 * (near.state + far.state), near.rotation, 0.5 * (near.position + far.position)
-    )
-    ways = Ways(
-        origin=np.arange(count),
-        targets=coordinates,
-        longest=np.full(count, 1.0),
-        smallest=np.full(count, 1e-3),
-        guesses=guesses,
-    )
-    return joined(list(in_pieces(executor, arrive, problem, near, ways, cancelled)))
+    """Equilibria at coordinates between two points nearby: from the first, else from the second.
+
+    Where the way between them leads over a place where branches cross, the sign of the problem stays
+    only from the one that is on the same side of it.
+    """
+
+    def solved(start: Cells, other: Cells, coordinates: Floats) -> Arrivals:
+        count = len(coordinates)
+        guesses = configuration_rows(
+            0.5 * (start.state + other.state),
+            start.rotation,
+            0.5 * (start.position + other.position),
+        )
+        ways = Ways(
+            origin=np.arange(count),
+            targets=coordinates,
+            longest=np.full(count, 1.0),
+            smallest=np.full(count, 1e-3),
+            guesses=guesses,
+        )
+        return joined(list(in_pieces(executor, arrive, problem, start, ways, cancelled)))
+
+    found = solved(near, far, coordinates)
+    left = np.flatnonzero(found.status != ARRIVED)
+    if len(left):
+        others = solved(_rows(far, left), _rows(near, left), coordinates[left])
+        for values, instead in zip(found, others, strict=True):
+            values[left] = instead
+    return found
 
 
 def ends_of_branches(grid: Grid, cells: CellArrays) -> tuple[Integers, Integers]:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cpr_core import NoInverseSolution, load_robot, solve_inverse
+from cpr_core.solving.limits import margins
 from cpr_core.workspace import EdgeState, map_workspace, pose_grid
 from cpr_core.workspace.first_cell import without_limits
 
@@ -55,3 +56,25 @@ def test_ways_that_a_walk_passes_are_passed_whatever_was_reached_before():
     for pair in ends.cells[::9].tolist():
         with pytest.raises(NoInverseSolution):
             walked(pair[0], found.place(pair[1]))
+
+
+def told(kind, equilibrium):
+    """What a border of some kind separates, of an equilibrium."""
+    if kind == "limits":
+        return np.sum(margins(equilibrium) < 0.0)
+    return equilibrium.index_locked if kind == "stability" else equilibrium.index_free
+
+
+def test_borders_behind_a_crossing_are_where_they_are():
+    """They had been where the branches cross, where no limit is near and no index changes."""
+    found, ways, looked_at = tilted(), crossing_ways(), 0
+    for border in found.borders:
+        for number, (cell, neighbour) in enumerate(border.cells.tolist()):
+            if border.kind == "singularity" or (cell, neighbour) not in ways:
+                continue
+            beside = 1e-4 * np.sign(found.place(neighbour) - found.place(cell))
+            sides = [walked(cell, border.points[number] + way * beside) for way in (-1.0, 1.0)]
+            values = [told(border.kind, side) for side in sides]
+            assert values == [border.before[number], border.after[number]], border.kind
+            looked_at += 1
+    assert looked_at > 5
