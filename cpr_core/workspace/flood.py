@@ -276,6 +276,7 @@ class Flood:
     ) -> None:
         """Enter where ways ended: the first that reaches a cell makes it, the others are compared."""
         edges, back = self.cells.edges, column ^ 1
+        known = edges[source, column]
         edges[source, column] = np.where(
             arrivals.status == FLIPPED, EdgeState.FLIPPED, EdgeState.BLOCKED
         )
@@ -294,6 +295,8 @@ class Flood:
         for way in np.flatnonzero(arrivals.status == FLIPPED).tolist():
             if edges[source[way], column[way]] == EdgeState.FLIPPED:  # not passed the other way
                 self._walk(int(source[way]), int(column[way]), int(target[way]))
+        if np.any(edges[source, column] != known):  # the borders are of what was known before
+            self.refined_to = math.inf
 
     def _walk(self, source: int, column: int, target: int) -> None:
         """Let the general walk decide where only the sign of the problem stands against a step."""

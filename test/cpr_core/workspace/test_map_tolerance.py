@@ -3,11 +3,14 @@
 
 """What the borders of a map are refined to: it is complete only then, and they are not lost."""
 
+import itertools
+
 import numpy as np
 import pytest
 from helpers.workspace_cases import assert_same, rfrfr, small_grid, small_map
 
-from cpr_core.workspace import map_workspace
+from cpr_core import load_robot
+from cpr_core.workspace import EdgeState, map_workspace, pose_grid
 from cpr_core.workspace.store import as_dataset, read_map
 from cpr_core.workspace.summary import summary_of
 
@@ -103,6 +106,34 @@ def test_ends_of_branches_are_as_exact_as_asked_in_a_map_that_was_explored_coars
     np.testing.assert_allclose(reach, rfrfr().description.legs[0].rod.length, atol=tolerance)
     directly = map_workspace(rfrfr(), small_grid(), workers=0, tolerance=tolerance)
     assert_same(found, directly)
+
+
+def test_borders_of_fewer_cells_are_refined_again_whatever_is_asked_for(tmp_path):
+    """Finer steps led to more cells: cancelled there, the map was complete with the borders it had."""
+    file, robot = tmp_path / "map.nc", load_robot("two_rods")
+    grid = pose_grid(robot, {"x": (-0.5, 0.5), "y": (-0.2, 0.7)}, resolution=0.1)
+    coarse = map_workspace(robot, grid, workers=0, file=file, tolerance=0.03)
+    more = False
+    for patience in range(1, 20):  # until it is cancelled with cells to be left
+        asked = itertools.count(1)
+        left = map_workspace(
+            robot,
+            grid,
+            workers=0,
+            file=file,
+            tolerance=1e-3,
+            cancelled=lambda asked=asked, patience=patience: next(asked) > patience,
+        )
+        more = left.reached.sum() > coarse.reached.sum()
+        if more:
+            break
+    assert more and not left.explored
+    found = map_workspace(robot, grid, workers=0, file=file, tolerance=0.03)
+    assert found.complete
+    passed = np.argwhere(found.cells.edges == EdgeState.PASSED)
+    ways = {(cell, found.grid.neighbours[cell, column]) for cell, column in passed.tolist()}
+    ends = next(border for border in found.borders if border.kind == "singularity")
+    assert not ways & set(map(tuple, ends.cells.tolist()))
 
 
 def test_files_that_do_not_say_what_their_borders_were_refined_to_are_read(tmp_path):
