@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
+from ..model.configurations import SAME_EQUILIBRIUM, configuration_distance
 from ..model.robot import Robot
 from ..workspace.store import read_map
 from ..workspace.workspace_map import WorkspaceMap
@@ -89,11 +90,23 @@ def read_layer(robot: Robot, file: str | Path, loads: Loads | None = None) -> Ma
 
 
 def go_to_cell(handled: HandledRobot, found: WorkspaceMap, cell: int) -> bool:
-    """Walk to what a cell imposes, from where the robot is; whether it was reached."""
+    """Walk to what a cell imposes, from where the robot is; whether it was reached, in words too."""
     reached = found.equilibrium(cell)
     if found.grid.given == "motors" or not handled.robot.description.controlled:
-        return handled.move_motors(reached.motors, "map")
-    return handled.move_pose(reached.pose, "map")
+        arrived = handled.move_motors(reached.motors, "map")
+    else:
+        arrived = handled.move_pose(reached.pose, "map")
+    if arrived:
+        place = ", ".join(f"{value:.4g}" for value in found.place(cell))
+        handled.words = f"at the cell {', '.join(found.grid.axis_names)} = {place} of the map"
+        here = handled.equilibrium
+        apart = configuration_distance(found.robot, here.configuration, reached.configuration)
+        if apart > SAME_EQUILIBRIUM:
+            handled.words += (
+                f", in another equilibrium than the map has there: index {here.index_locked}, that "
+                f"of the map {reached.index_locked}"
+            )
+    return arrived
 
 
 def _spacing(found: WorkspaceMap) -> float:

@@ -107,10 +107,8 @@ class MapTab:
         if self._layer is None or not self._shown.value or _other(handled, self._layer):
             return
         cell = self._layer.nearest(origin, direction)
-        if cell is not None and go_to_cell(handled, self._layer.found, cell):
-            place = ", ".join(f"{value:.4g}" for value in self._layer.found.place(cell))
-            names = ", ".join(self._layer.found.grid.axis_names)
-            handled.words = f"at the cell {names} = {place} of the map"
+        if cell is not None:
+            go_to_cell(handled, self._layer.found, cell)
 
 
 def _other(handled: HandledRobot, layer: MapLayer) -> str:

@@ -213,6 +213,24 @@ def test_a_ray_finds_the_cell_it_meets_and_the_robot_goes_there(planar, tmp_path
         read_layer(cpr_core.load_robot("rfrfr", modes=3), file)
 
 
+def test_a_cell_that_is_met_in_another_equilibrium_than_the_map_has_is_told(planar, tmp_path):
+    """The robot was said to be at the cell, whatever the map told of its stability there."""
+    grid = pose_grid(planar, {"x": (-0.05, 0.05), "y": (0.7, 0.8)}, resolution=0.05)
+    found = map_workspace(planar, grid)
+    cell = grid.nearest([0.0, 0.75])
+    handled = HandledRobot(planar)
+    assert go_to_cell(handled, found, cell)
+    assert handled.words == "at the cell x, y = 0, 0.75 of the map"
+    others = cpr_core.find_equilibria(planar, cpr_core.solve_home(planar).motors, seed=0)
+    told = []
+    for other in others:
+        handled.take(other.equilibrium, "")
+        if go_to_cell(handled, found, cell):
+            same = np.allclose(handled.equilibrium.motors, found.motors[cell], atol=1e-4)
+            told.append((same, "in another equilibrium than the map has there" in handled.words))
+    assert (False, True) in told and set(told) <= {(True, False), (False, True)}
+
+
 def test_time_on_a_path_is_a_number_of_its_equilibria(planar):
     way = cpr_core.trace(planar, motors=[2.6, 0.6], points=11)
     assert [frame_at(way, at) for at in (0.0, 0.26, 0.5, 1.0, 7.0, -1.0)] == [0, 3, 5, 10, 10, 0]
