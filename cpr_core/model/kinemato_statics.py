@@ -119,7 +119,7 @@ class KinematoStatics(LinearProblems):
         """Controlled platform and wrench increments given; the motors follow, as little as possible.
 
         With more motors than controlled coordinates the sum of squares of the motor increments, in
-        radians and rod lengths, is least; ``self_motions`` may be added.
+        radians and rod lengths, is least; ``self_motions`` may be added. Motors that are held stay.
 
         Args:
             platform: dSigma_p, body twist, (platform,); only the controlled coordinates are read.
@@ -140,12 +140,13 @@ class KinematoStatics(LinearProblems):
         Coordinates in the order of ``robot.platform_axes``, whatever that of the description: turns
         about the axes of the world, or single angles roll, pitch and yaw; then positions in the world.
         With more motors than coordinates the sum of squares of the motor increments, in radians and rod
-        lengths, is least.
+        lengths, is least; motors that are held stay.
 
         Raises:
             InvalidRequest: An inverse singularity, or a robot that controls no coordinates.
         """
-        scale = self.equilibrium.robot.motor_units
+        scale = self.equilibrium.robot.motor_units.copy()
+        scale[list(self.equilibrium.robot.held_motors)] = 0.0
         jacobian = self._controlled @ self.jacobian * scale
         rows, columns = jacobian.shape
         if not 0 < rows <= columns or np.linalg.cond(jacobian) > _SINGULAR:

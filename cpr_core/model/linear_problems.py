@@ -25,6 +25,7 @@ from .stability import null_space_of
 __all__ = ["LinearProblem", "LinearProblems", "Singularity", "coordinate_motions"]
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.intp]
 
 #: The linear problems of Section V-C.
 #:
@@ -141,12 +142,12 @@ class LinearProblems:
                 length.
         """
         robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
-        matrix, free, moved = self._problem_matrix(problem, characteristic_length)
+        matrix, free = self._problem_matrix(problem, characteristic_length)
         unit = problem_units(robot, characteristic_length).states
         _, values, directions = np.linalg.svd(matrix, full_matrices=False)
-        null = directions[-1]
-        motors = np.zeros(n)
-        motors[:moved] = null[:moved] * unit[robot.motor_indices][:moved]
+        null, number = directions[-1], self._moved(problem)
+        motors, moved = np.zeros(n), len(number)
+        motors[number] = null[:moved] * unit[robot.motor_indices][number]
         lengths = unit[robot.platform_indices]
         return Singularity(
             problem=problem,
@@ -177,7 +178,7 @@ class LinearProblems:
         self, problem: LinearProblem, characteristic_length: float | None = None
     ) -> Floats:
         """``singularity(...).singular_values`` without the directions, at a third of the time."""
-        matrix, _, _ = self._problem_matrix(problem, characteristic_length)
+        matrix, _ = self._problem_matrix(problem, characteristic_length)
         return np.asarray(np.linalg.svd(matrix, compute_uv=False)[::-1], float)
 
     def _check_problem(self, problem: LinearProblem) -> None:
@@ -195,17 +196,22 @@ class LinearProblems:
 
     def _problem_matrix(
         self, problem: LinearProblem, characteristic_length: float | None
-    ) -> tuple[Floats, Floats, int]:
-        """Dimensionless matrix of a problem, platform motions it solves for, motors it solves for."""
+    ) -> tuple[Floats, Floats]:
+        """Dimensionless matrix of a problem, and platform motions it solves for."""
         self._check_problem(problem)
         robot, n = self.equilibrium.robot, self.equilibrium.robot.motor_count
         a, p, e, w = self.matrices(characteristic_length)
         unit = problem_units(robot, characteristic_length).states
         lengths = unit[robot.platform_indices]
         free = self._free_motions(problem, lengths) / lengths[:, None]
-        moved = 0 if problem == "forward" else n
         efforts = w[:, n:] if problem == "inverse_by_effort" else w[:, :n]
-        return np.hstack([a[:, :moved], p @ free, e, -efforts]), free, moved
+        return np.hstack([a[:, self._moved(problem)], p @ free, e, -efforts]), free
+
+    def _moved(self, problem: LinearProblem) -> Integers:
+        """Numbers of the motors a problem solves for: in the inverse one not those that are held."""
+        robot = self.equilibrium.robot
+        every = np.arange(0 if problem == "forward" else robot.motor_count)
+        return every if problem != "inverse" else np.setdiff1d(every, robot.held_motors)
 
     def _free_motions(self, problem: LinearProblem, lengths: Floats) -> Floats:
         """Platform motions a problem solves for, as body twists in columns.
@@ -231,7 +237,7 @@ class LinearProblems:
         rows, columns = np.arange(inner), [self.tangent[:, legs] * unit[legs]]
         columns.append(self.tangent[:, platform] @ self._free_motions(problem, unit[platform]))
         if problem != "forward":
-            motors = robot.motor_indices
+            motors = robot.motor_indices[self._moved(problem)]
             columns.append(self.tangent[:, motors] * unit[motors])
         if problem == "inverse_by_effort":  # the wrench takes the place of the platform's balance
             rows = np.concatenate([legs, robot.motor_indices])

@@ -134,3 +134,21 @@ def test_the_motor_part_of_a_null_direction_is_in_rad_and_m(name):
         expected = null * problem_units(robot, length).states[robot.motor_indices]
         found = model.singularity("inverse_by_effort", length).motors
         close(found * np.sign(found @ expected), expected)
+
+
+@pytest.mark.parametrize("motor", range(4))
+def test_motors_that_are_held_are_no_unknowns_of_the_inverse_problem(motor):
+    """All of them were: the values were those of the free robot, and there was no sign but an error."""
+    robot = load_robot("four_rfr").holding((motor,))
+    home = solve_home(robot)
+    model = kinemato_statics(home)
+    found = model.singularity("inverse")
+    assert found.smallest == pytest.approx(model.smallest_singular_value("inverse"), rel=1e-6)
+    np.testing.assert_allclose(found.singular_values, model.singular_values("inverse"), rtol=1e-9)
+    assert found.sign == home.signs.inverse_sign
+    assert found.motors[motor] == 0.0 and np.all(np.delete(found.motors, motor) != 0.0)
+    way = np.array([1e-4, -2e-4, 0.0])
+    predicted = model.predict_inverse([0.0, *(home.platform_rotation.T @ way)[:2]])
+    ends = [solve_inverse(robot, home.pose + sign * way).motors for sign in (1.0, -1.0)]
+    np.testing.assert_allclose(predicted.motors, (ends[0] - ends[1]) / 2, rtol=1e-4, atol=1e-9)
+    assert predicted.motors[motor] == 0.0
