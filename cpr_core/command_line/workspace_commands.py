@@ -178,6 +178,7 @@ def _as_dict(found: WorkspaceMap, threshold: float) -> dict[str, Any]:
     return {
         "robot": found.robot.description.name,
         **asdict(summary_of(found, threshold)),
+        "energy_criterion_applies": found.energy_criterion_applies,
         "borders": [
             {
                 "kind": border.kind,
@@ -192,10 +193,13 @@ def _as_dict(found: WorkspaceMap, threshold: float) -> dict[str, Any]:
 
 def _as_text(values: dict[str, Any]) -> str:
     shape = " x ".join(str(number) for number in values["shape"])
+    stable = "stable with the motors held"
+    if not values["energy_criterion_applies"]:
+        stable = "energy does not decide stability under these loads; index 0"
     lines = [
         f"{values['robot']}: {values['reached']} of {values['cells']} cells ({shape}) are reached"
         + ("" if values["complete"] else "; the map is NOT complete"),
-        f"  stable with the motors held: {values['stable']}; beyond limits: {values['beyond_limits']}",
+        f"  {stable}: {values['stable']}; beyond limits: {values['beyond_limits']}",
         f"  usable (stable and within limits all the way): {values['usable']}",
         f"  inverse condition number of H_r below the threshold: {values['below_threshold']}",
         f"  two ways to a cell disagree: {values['disagreements']}",

@@ -237,10 +237,9 @@ def _draw_index(
     capped = np.minimum(index, 3.0)
     keys: list[Any] = []
     _draw_cells(axes, grid, capped, ListedColormap(_INDEX_COLORS), (-0.5, 3.5))
+    words = {0: ": stable" if found.energy_criterion_applies else "", 3: " or more"}
     for value in np.unique(capped[np.isfinite(capped)]).astype(int).tolist():
-        label = (
-            "index 0: stable" if value == 0 else f"index {value}{' or more' if value == 3 else ''}"
-        )
+        label = f"index {value}{words.get(value, '')}"
         keys.append(Patch(facecolor=_INDEX_COLORS[value], label=label))
     if np.any(near):
         red = np.where(near, 1.0, np.nan)

@@ -69,8 +69,9 @@ class MapTab:
             self._scene.on_click()(self._clicked)
         self._layer = layer
         shape = " x ".join(str(count) for count in layer.found.grid.shape)
+        blue = "stable" if layer.found.energy_criterion_applies else "index 0"
         self._told = as_plain(
-            f"{len(layer.cells)} of {shape} cells are reached; a click goes to one. Blue: stable, "
+            f"{len(layer.cells)} of {shape} cells are reached; a click goes to one. Blue: {blue}, "
             "yellow, purple, grey: index 1, 2, more; orange: beyond a limit."
         )
         self._shown.visible, self._shown.value = True, True

@@ -185,11 +185,19 @@ class WorkspaceMap:
         """Reached cells where all limits of motors and rods hold, (M,)."""
         return self.reached & np.all(self.limit_margins >= -ROUNDING, axis=1)
 
+    @property
+    def energy_criterion_applies(self) -> bool:
+        """Whether energy decides stability: not under loads without a potential."""
+        return self.loads.conservative(self.robot.planar)
+
     @cached_array
     def usable(self) -> Flags:
-        """Cells to which the robot can go from the first one, stable and within its limits, (M,)."""
+        """Cells to which the robot can go from the first one, stable and within its limits, (M,).
+
+        None where energy does not decide what is stable, as ``Equilibrium.stable``.
+        """
         good = self.within_limits & (self.index_locked == 0)
-        if not good[self.first]:
+        if not (good[self.first] and self.energy_criterion_applies):
             return np.zeros_like(good)
         cell, column = np.nonzero(self.cells.edges == EdgeState.PASSED)
         neighbour = self.grid.neighbours[cell, column]

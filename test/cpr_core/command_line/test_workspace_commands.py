@@ -54,6 +54,33 @@ def test_motors_are_mapped_from_a_start(capsys):
     assert "16 of 16 cells (4 x 4)" in text
 
 
+def test_nothing_is_said_to_be_stable_where_energy_does_not_decide_it(capsys, tmp_path):
+    """Cells with index 0 were called stable, and usable: equilibria there say that they are not."""
+    plane = [
+        "--given",
+        "motors",
+        "--slice",
+        "motor1=5.3:5.5",
+        "motor2=5.3:5.5",
+        "--resolution",
+        0.1,
+    ]
+    moment = ["--wrench", 0, 0, 0.001, 0, 0, 0]
+    picture = tmp_path / "map.svg"
+    for options, applies in (([], True), (moment, False)):
+        asked = ["three_rfs", "--modes", 3, *plane, *options]
+        status, text, _ = run(capsys, *asked, "--json")
+        values = json.loads(text)
+        assert status == 0 and values["stable"] == 9
+        assert values["energy_criterion_applies"] is applies
+        assert values["usable"] == (9 if applies else 0)
+        _, text, _ = run(capsys, *asked, "--plot", picture)
+        assert ("stable with the motors held: 9" in text) is applies
+        assert ("energy does not decide stability under these loads; index 0: 9" in text) != applies
+        assert ("<!-- index 0: stable -->" in picture.read_text()) is applies
+        assert ("<!-- index 0 -->" in picture.read_text()) != applies
+
+
 def test_motors_of_any_name_are_mapped(capsys, tmp_path):
     """Names with a dash were refused with the form that they had."""
     file = tmp_path / "named.yaml"
