@@ -118,6 +118,21 @@ def test_a_map_of_other_loads_is_not_shown(page, looker):
     looker.until(lambda: looker.visible("/map"))
 
 
+def test_a_map_is_shown_again_when_its_strain_modes_are_chosen_again(page, looker):
+    """They had to be undone: chosen, the robot was another one, whatever the words promised."""
+    looker.open_tab("map")
+    looker.until(lambda: looker.visible("/map"))
+    before = page.equilibrium
+    page.do("modes", lambda handled: handled.choose_modes(7))
+    looker.page.get_by_text("The map is of other strain modes").wait_for()
+    page.do("modes", lambda handled: handled.choose_modes(5))
+    looker.page.get_by_text("cells are reached").wait_for()
+    looker.until(lambda: looker.visible("/map"))
+    assert page.equilibrium.robot is not before.robot
+    page.do("take", lambda handled: setattr(handled, "equilibrium", before))
+    looker.until(lambda: page.equilibrium is before)
+
+
 def test_what_is_no_map_is_told(page, looker, tmp_path):
     file = tmp_path / "wrong.nc"
     file.write_text("no map")
