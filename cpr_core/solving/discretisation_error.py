@@ -9,7 +9,7 @@ The derivation is in docs/derivations.md, "The error of an answer".
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,11 @@ from ..errors import CprError
 from ..kernels.prepared_robot import newton_step_prepared
 from ..kernels.problems import PROBLEMS, ProblemName
 from ..lie import rotation_log
-from ..model.equilibrium import Equilibrium, check_equilibrium
+from ..model.equilibrium import Equilibrium, check_equilibrium, evaluated_again
 from ..model.robot import Robot, kept_with_robot
 from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes
-from ..validation import cached_array
+from ..validation import cached_array, cached_property
 from .held_problem import checked_problem
 
 __all__ = [
@@ -48,33 +48,38 @@ class DiscretisationError:
     Attributes:
         problem: What is held: ``motors``, ``pose`` or ``efforts``.
         equilibrium: The equilibrium.
-        estimate: That of continuous rods, estimated: an equilibrium to first order only.
     """
 
     problem: ProblemName
     equilibrium: Equilibrium
-    estimate: Equilibrium
+    #: The estimate without its signs, for which the tangent has to be factored once more.
+    _estimate: Equilibrium = field(repr=False)
+
+    @cached_property
+    def estimate(self) -> Equilibrium:
+        """That of continuous rods, estimated: an equilibrium to first order only."""
+        return evaluated_again(self._estimate).with_iterations(self._estimate.iterations)
 
     @cached_array
     def position(self) -> Floats:
         """Change of the platform position in the world, (3,) [m]."""
-        return self.estimate.platform_position - self.equilibrium.platform_position
+        return self._estimate.platform_position - self.equilibrium.platform_position
 
     @cached_array
     def rotation(self) -> Floats:
         """Change of its orientation as a rotation vector in the world, (3,) [rad]."""
-        turn = self.estimate.platform_rotation @ self.equilibrium.platform_rotation.T
+        turn = self._estimate.platform_rotation @ self.equilibrium.platform_rotation.T
         return rotation_log(turn)
 
     @cached_array
     def motors(self) -> Floats:
         """Change of the motor positions, (n,) [rad or m]."""
-        return self.estimate.motors - self.equilibrium.motors
+        return self._estimate.motors - self.equilibrium.motors
 
     @cached_array
     def efforts(self) -> Floats:
         """Change of the motor efforts, (n,) [N m or N]."""
-        change = self.estimate.efforts - self.equilibrium.efforts
+        change = self._estimate.efforts - self.equilibrium.efforts
         return change * (self.problem != "efforts")
 
     @property
@@ -187,7 +192,7 @@ def _combinations(modes: StrainModes, richer: StrainModes) -> Floats:
 
 
 def _newton_step(start: Equilibrium, problem: ProblemName) -> Equilibrium:
-    """One full step of Newton's method.
+    """One full step of Newton's method; what comes of it has no signs.
 
     Raises:
         CprError: The tangent has no inverse there, or the step leads nowhere.

@@ -18,6 +18,7 @@ from cpr_core import (
     InvalidRequest,
     Robot,
     error_of,
+    find_equilibria,
     leg_shapes,
     load_robot,
     solve_forward,
@@ -174,6 +175,20 @@ def test_where_the_step_leads_nowhere_there_is_no_estimate():
         assert error_of(home, problem).estimate.iterations == 1
         with pytest.raises(CprError, match=f"singular with its {problem} held"):
             error_of(replace(home, record=np.full_like(home.record, np.nan)), problem)
+
+
+def test_the_estimate_is_as_stable_as_what_it_is_of():
+    """Its indices are those of its spectra, also where the equilibrium is unstable."""
+    robot = load_robot("six_rfs", modes=8)
+    motors = solve_home(robot).motors + 0.05
+    found = [each.equilibrium for each in find_equilibria(robot, motors, starts=20)]
+    assert {(each.index_locked, each.index_free) for each in found} >= {(0, 0), (1, 2)}
+    for equilibrium in found:
+        estimate = error_of(equilibrium).estimate
+        assert estimate.signs == equilibrium.signs
+        assert estimate.index_locked == estimate.spectrum_locked.index
+        assert estimate.index_free == estimate.spectrum_free.index
+        assert estimate.stable == equilibrium.stable
 
 
 def test_the_command_prints_it(capsys):
