@@ -24,6 +24,8 @@ from ..solving.near_request import solve_near
 from ..solving.not_reached import NotReached
 from ..solving.solve_from import solve_from
 from ..solving.targets import MotorTarget
+from .compared import measured_numbers, predicted_numbers
+from .compared_layout import POSE, joined
 from .doubts import unit_doubt
 from .measurements import DrivenBy, Measurement, driven_by
 
@@ -41,7 +43,7 @@ def first_equilibria(
     start: Equilibrium | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Equilibrium]:
-    """The equilibrium of every row, on the branch of a start; each from the nearest one known.
+    """The equilibrium of every row, on the branch of a start; each from it or the nearest one known.
 
     Args:
         robot: The robot as it is described.
@@ -78,7 +80,9 @@ def first_equilibria(
 
 
 def _solved(known: Sequence[Equilibrium], row: Measurement) -> Equilibrium:
-    """The equilibrium of a row, from the nearest of some; from the first one where that fails.
+    """The equilibrium of a row, from the nearest of some or from the first one.
+
+    Both ways may end, each at another stable equilibrium: then that is meant which was measured.
 
     Raises:
         CprError: There is none.
@@ -87,14 +91,40 @@ def _solved(known: Sequence[Equilibrium], row: Measurement) -> Equilibrium:
     drive = driven_by(robot, row)
     loads = robot.default_loads if row.loads is None else row.loads
     nearest = min(known, key=lambda other: _distance(other, drive))
-    if drive.problem == "motors" and (found := _beside(nearest, drive.values, loads)) is not None:
+    found: list[Equilibrium] = []
+    for begin in [nearest] if nearest is known[0] else [nearest, known[0]]:
+        try:
+            found.append(_reached(begin, drive, loads))
+        except NotReached:
+            if begin is known[0] and not found:
+                raise
+    return min(found, key=lambda each: _contradiction(row, each))
+
+
+def _reached(start: Equilibrium, drive: DrivenBy, loads: Loads) -> Equilibrium:
+    """The equilibrium of a row from a start.
+
+    Raises:
+        CprError: The way does not lead there.
+    """
+    if drive.problem == "motors" and (found := _beside(start, drive.values, loads)) is not None:
         return found
-    try:
-        return solve_from(nearest, drive.problem, drive.values, loads=loads)
-    except NotReached:
-        if nearest is known[0]:
-            raise
-        return solve_from(known[0], drive.problem, drive.values, loads=loads)
+    return solve_from(start, drive.problem, drive.values, loads=loads)
+
+
+def _contradiction(row: Measurement, equilibrium: Equilibrium) -> float:
+    """How far a row is from an equilibrium, in natural units, squared.
+
+    Where a tracker is may have to be found yet: poses in its frame do not count.
+    """
+    robot = equilibrium.robot
+    apart = predicted_numbers(row, equilibrium) - measured_numbers(robot, row)
+    if row.frame == "tracker":
+        apart[POSE] = np.nan
+    lengths = {"position": np.full(3, robot.mean_length), "rotation": np.ones(3)}
+    efforts = robot.arrays.energy_unit / robot.motor_units
+    units = joined(robot, lengths | {"motors": robot.motor_units, "efforts": efforts})
+    return float(np.nansum((apart / units) ** 2))
 
 
 def _distance(equilibrium: Equilibrium, drive: DrivenBy) -> float:
