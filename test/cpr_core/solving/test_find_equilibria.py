@@ -4,6 +4,7 @@
 """All equilibria at given motors."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 
 import numpy as np
@@ -15,7 +16,11 @@ from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home
 from cpr_core.reference.conjugate_points import conjugate_points
 from cpr_core.reference.continuous_rods import solve_continuous
 from cpr_core.solving.assembly import turned_over
-from cpr_core.solving.find_equilibria import find_equilibria, merged_equilibria
+from cpr_core.solving.find_equilibria import (
+    FoundEquilibrium,
+    find_equilibria,
+    merged_equilibria,
+)
 
 SIX = [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]
 
@@ -160,3 +165,16 @@ def test_where_energy_decides_nothing_none_is_called_stable():
     found = find_equilibria(robot, SIX, starts=100, loads=moment)
     assert any(each.equilibrium.index_locked == 0 for each in found)
     assert not any(each.stable for each in found)
+
+
+@pytest.mark.parametrize(("name", "distinct"), [("delta", 1), ("three_prs", 2)])
+def test_whole_turns_of_passive_joints_count_where_a_spring_is_wound(name, distinct):
+    """A joint without one, of a universal joint of delta, is where it was."""
+    home = solve_home(load_robot(name))
+    joint, index = home.robot.passive_joints[0]
+    assert (joint.stiffness > 0.0) == (distinct == 2)
+    record = home.record.copy()
+    record[index] += 2.0 * np.pi
+    both = [FoundEquilibrium(each, False, 1) for each in (home, replace(home, record=record))]
+    merged = merged_equilibria(both[:1], both[1:])
+    assert [found.starts for found in merged] == [2 // distinct] * distinct
