@@ -69,6 +69,8 @@ _NOTHING = 1e-3
 #: No speed that a motor is limited to behind its gear, rod lengths or radians per second: honest screws
 #: make a thousandth.
 _SLOWEST = 1e-4
+#: Distance of tips that are meant to be at one point, in rod lengths: parameters may be a little off.
+_APART = 0.05
 #: Distance that no robot has, in rod lengths.
 _BEYOND = 1e9
 #: Distance from the origin of the world, in rod lengths, from which on rounding is seen.
@@ -283,6 +285,19 @@ def check_positions(part: Part, description: RobotDescription) -> None:
     tracker = description.tracker
     if tracker is not None and math.hypot(*tracker.position) > _LONGEST:
         _warn(part, "tracker.position", f"more than {_LONGEST:g} m away: {_MILLIMETRES}")
+    _check_point(part, description)
+
+
+def _check_point(part: Part, description: RobotDescription) -> None:
+    """Whether the tips on a point are at one place: apart they hold a body that nothing turns."""
+    first, *others = (leg.joint.position for leg in description.legs)
+    apart = max((math.dist(first, other) for other in others), default=0.0)
+    if description.point_platform and apart > _APART * _reach(description)[0]:
+        _warn(
+            part,
+            "platform.shape",
+            f"a point never turns, and tips on it are {apart:g} m apart: expected body?",
+        )
 
 
 def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:

@@ -163,3 +163,19 @@ def test_a_robot_far_from_the_origin_of_the_world_is_said(name, length):
         assert [" more than 100000 rod lengths from the origin" in text for text in told] == [
             True
         ] * said
+
+
+def test_a_point_with_tips_apart_looks_like_a_body():
+    """It would never turn, and the answers would be those of another robot."""
+    content = shipped_content("planar_body")
+    content["controlled"] = ["x", "y"]
+    del content["legs"][2]
+    content["home"] = {"motors": [0.5, 0.5], "bow": "left"}
+    content["platform"]["shape"] = "point"
+    says = r"platform\.shape: a point never turns, and tips on it are 0\.173205 m apart: expected body\?"
+    with pytest.warns(DescriptionWarning, match=says):
+        load_robot(content)
+    content["legs"][1]["tip"]["position"] = content["legs"][0]["tip"]["position"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
+        load_robot(content)
