@@ -22,7 +22,7 @@ from ..model.platform_coordinates import six_components
 from ..model.robot import Robot, checked_robot, kept_with_robot
 from ..model.shape import tip_poses
 from .assembly import assemble, settle, turned_over, with_best_multipliers
-from .limits import ROUNDING, check_limits
+from .limits import ROUNDING, check_limits, margins, violated
 from .not_reached import MotorLimitExceeded, NoForwardSolution, NotReached
 from .refining import refine
 from .rough_shape import rough_platforms, rough_state
@@ -175,7 +175,10 @@ def _loaded(robot: Robot, guess: HomeGuess, unloaded: Equilibrium) -> Equilibriu
     except NotReached as error:
         settled = _settled(robot, unloaded)
         if settled is None:
-            raise DescriptionError(source, "home", str(error)) from None
+            borne = "the loads of the description, which grow from none there, are not borne: "
+            without = violated(robot, margins(unloaded))  # then it is not the loads
+            problem = f"{'' if without else borne}{error}"
+            raise DescriptionError(source, "home", problem) from None
         return settled
     if loaded.index_locked <= unloaded.index_locked:
         return loaded

@@ -179,3 +179,18 @@ def test_a_point_with_tips_apart_looks_like_a_body():
     with warnings.catch_warnings():
         warnings.simplefilter("error", DescriptionWarning)
         load_robot(content)
+
+
+def test_loads_that_home_does_not_bear_are_what_is_named():
+    content = yaml_content(shipped_robots()["two_rods"].read_text())
+    content["platform"]["mass"] = 80
+    content["rod"]["yield_strain"] = 0.01
+    says = (
+        "home: the loads of the description, which grow from none there, are not borne: .* strain"
+    )
+    with pytest.raises(DescriptionError, match=says):
+        solve_home(load_robot(content))
+    content["platform"]["mass"], content["gravity"] = 0, [0, 0, 0]
+    content["rod"]["yield_strain"] = 0.001
+    with pytest.raises(DescriptionError, match=r"home: leg1\.rod1: bending strain"):
+        solve_home(load_robot(content))
