@@ -155,7 +155,10 @@ def check_moved(part: Part, element: ChainElement, length: float) -> None:
     for position in (element.limits.lower, element.limits.upper):
         way = element.ratio * position
         if math.isfinite(way) and (doubt := _doubt(element.motor_unit, element.unit, way, length)):
-            _warn(part, "limits.position", f"{position:g}: {doubt}")
+            if "ratio" in part and not _doubt(element.motor_unit, element.unit, position, length):
+                _warn(part, "ratio", _turned_around(element, position))
+            else:
+                _warn(part, "limits.position", f"{position:g}: {doubt}")
             return
     for name, way in (("offset", element.zero), ("rest", element.rest)):
         if doubt := _doubt(element.unit, element.unit, way, length):
@@ -163,6 +166,15 @@ def check_moved(part: Part, element: ChainElement, length: float) -> None:
             return
     if "lead" in part or "ratio" in part:
         _check_geared(part, element, length)
+
+
+def _turned_around(element: ChainElement, position: float) -> str:
+    """What looks wrong with a ratio by which a joint goes much farther than its motor."""
+    way = element.ratio * position
+    return (
+        f"{position:g} {element.motor_unit} of the motor are {way:g} {element.unit} "
+        f"behind it: expected the way of the joint per way of the motor, {1.0 / element.ratio:g}?"
+    )
 
 
 def _check_geared(part: Part, element: ChainElement, length: float) -> None:

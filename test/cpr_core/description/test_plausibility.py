@@ -194,3 +194,17 @@ def test_loads_that_home_does_not_bear_are_what_is_named():
     content["rod"]["yield_strain"] = 0.001
     with pytest.raises(DescriptionError, match=r"home: leg1\.rod1: bending strain"):
         solve_home(load_robot(content))
+
+
+def test_a_ratio_the_wrong_way_round_is_what_is_doubted():
+    content = yaml_content(shipped_robots()["planar_body"].read_text())
+    content["legs"][0]["motor"]["ratio"] = 100
+    says = (
+        r"legs\[0\]\.motor\.ratio: -1\.5 rad of the motor are -150 rad behind it: expected the way of "
+        r"the joint per way of the motor, 0\.01\?"
+    )
+    with pytest.warns(DescriptionWarning, match=says):
+        read_description(content)
+    content["legs"][0]["motor"]["limits"]["position"] = [-150, 150]
+    with pytest.warns(DescriptionWarning, match=rf"limits\.position: -150: {DEGREES}"):
+        read_description(content)
