@@ -46,6 +46,7 @@ __all__ = [
     "corrected",
     "described",
     "evaluated_again",
+    "firm_margin",
     "new_record",
     "record_of",
     "spectrum",
@@ -373,6 +374,12 @@ def check_equilibrium(value: object) -> None:
     """
     if not isinstance(value, Equilibrium):
         raise InvalidRequest("equilibrium", f"expected an Equilibrium, got {value!r:.200}")
+
+
+def firm_margin(equilibrium: Equilibrium) -> float:
+    """The margin; where there is none, ``Spectrum.firm_margin``: of what has to be watched on a way."""
+    margin = equilibrium.margin
+    return equilibrium.spectrum_locked.firm_margin if math.isnan(margin) else margin
 
 
 def spectrum(equilibrium: Equilibrium, motors_are: MotorReading = "locked") -> Spectrum:

@@ -62,11 +62,20 @@ class Spectrum:
         """Smallest eigenvalue relative to the elastic stiffness, dimensionless.
 
         ``min v^T H_r v / v^T K_r v``: 1 without loads and forces, 0 where stability is lost, more than 1
-        under tension. NaN where some motion costs no elastic energy (possible with free motors);
-        infinite where the constraints leave nothing to move.
+        under tension. NaN where some motion costs no elastic energy (of what hangs, or with free
+        motors: see ``firm_margin``); infinite where the constraints leave nothing to move.
         """
         value = self._solution.linearisation.margin if self.motors_are == "locked" else math.nan
         return self._dense.margin() if math.isnan(value) else value
+
+    @cached_property
+    def firm_margin(self) -> float:
+        """The margin; where some motion costs no elastic energy, that of all others, which it follows.
+
+        A platform that hangs by two ball joints, say, swings under its weight. Positive where all is
+        stable, minus infinity where such a motion is not.
+        """
+        return self._dense.firm_margin() if math.isnan(self.margin) else self.margin
 
     @cached_array
     def eigenvalues(self) -> Floats:
@@ -152,6 +161,22 @@ class _Dense:
                 return math.nan
         relative = inverse @ self.reduced @ inverse.T
         return float(scipy.linalg.eigvalsh(relative, subset_by_index=[0, 0])[0])
+
+    @on_one_blas_thread
+    def firm_margin(self) -> float:
+        """As ``margin``, motions without elastic energy left to go where they like."""
+        elastic = elastic_hessian(self.solution)[np.ix_(self.moving, self.moving)]
+        stored, basis = scipy.linalg.eigh(self.null_space.T @ elastic @ self.null_space)
+        loose, firm = np.split(basis, [np.sum(stored <= _NO_ENERGY * stored.sum())], axis=1)
+        units = np.sqrt(stored[loose.shape[1] :])
+        across = loose.T @ self.reduced @ firm / units
+        relative = firm.T @ self.reduced @ firm / units / units[:, None]
+        try:
+            loose_factor = scipy.linalg.cho_factor(loose.T @ self.reduced @ loose)
+        except np.linalg.LinAlgError:
+            return -math.inf
+        relative -= across.T @ scipy.linalg.cho_solve(loose_factor, across)
+        return float(scipy.linalg.eigvalsh(relative).min(initial=math.inf))
 
 
 @on_one_blas_thread

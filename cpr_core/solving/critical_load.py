@@ -200,7 +200,7 @@ def _check_end(
             much for every step, was told to fold.
     """
     before, found = (spectrum(each, motors_are) for each in (start, last))
-    if found.smallest < _FALLEN * before.smallest or found.margin < _NO_MARGIN:
+    if found.smallest < _FALLEN * before.smallest or abs(found.firm_margin) < _NO_MARGIN:
         return
     text = (
         f"the walk was lost {place}, where stability does not end: the smallest eigenvalue is "

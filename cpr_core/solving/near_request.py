@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from ..kernels.continuation_kernel import WATCHED
 from ..kernels.natural_units import LONGEST_STEP
-from ..model.equilibrium import Equilibrium, stepped
+from ..model.equilibrium import Equilibrium, firm_margin, stepped
 from .hidden_changes import may_hide_in_one_step
 from .limits import grazes, margins, may_be_kept_again, violated
 from .targets import Target
@@ -43,8 +43,10 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
     )
     if found is None or (robot.limited and not _within_limits(start, found)):
         return None
-    if stable_only and pose and may_hide_in_one_step(start.margin, found.margin, length):
-        return None
+    if stable_only and pose:
+        before, after = firm_margin(start), firm_margin(found)
+        if may_hide_in_one_step(before, after, length):
+            return None
     return found
 
 

@@ -20,7 +20,7 @@ from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.continuation_kernel import FREELY, UNPREDICTED
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
-from ..model.equilibrium import Equilibrium, described, stepped
+from ..model.equilibrium import Equilibrium, described, firm_margin, stepped
 from ..model.model_state import Configuration, evaluate
 from ..model.smallest_singular_value import smallest_singular_value
 from .deadline import Deadline
@@ -299,7 +299,7 @@ class Path:
             values += sides[np.isfinite(sides)].tolist()
             values += margin[len(self._robot.motor_limits.order) :].tolist()
         if self.conservative and self._stability:
-            values.append(equilibrium.margin)
+            values.append(firm_margin(equilibrium))
         if self.conservative and self._inverse:
             distance.append(inverse_sign * smallest_singular_value(equilibrium, True, None))
         return Watched(tuple(values), tuple(distance))
