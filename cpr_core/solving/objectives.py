@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
 from ..model.configurations import SAME_EQUILIBRIUM
-from ..model.equilibrium import Equilibrium
+from ..model.equilibrium import Equilibrium, firm_margin
 from ..model.kinemato_statics import kinemato_statics
 from ..validation import checked_word
 from .held_walks import self_motions
@@ -167,8 +167,8 @@ class GreatestMargin:
     _WAY: ClassVar[float] = 1e-3
 
     def value(self, equilibrium: Equilibrium) -> float:
-        """The margin, negative."""
-        return -equilibrium.margin
+        """The margin, or that of what costs elastic energy, negative."""
+        return -firm_margin(equilibrium)
 
     def slope(self, equilibrium: Equilibrium, directions: Floats, probe: Probe) -> Floats:
         """By central differences, on one side where there is no equilibrium on the other."""

@@ -75,3 +75,13 @@ def test_what_stands_on_its_head_has_none():
     upside_down = restore_equilibrium(robot, home.loads.scaled(-1.0), *shape, *place)
     assert not upside_down.stable
     assert upside_down.spectrum_locked.firm_margin == -math.inf
+
+
+def test_the_greatest_margin_is_that_of_all_else():
+    """It was found anywhere."""
+    robot = with_hanging_links("four_rfr", (0.0, 0.9), 0.4)
+    margins = [
+        solve_inverse(robot, [-0.06, 0.03, 0.1], objective=name).spectrum_locked.firm_margin
+        for name in ("greatest_margin", "least_motion", "least_effort")
+    ]
+    assert margins[0] == max(margins)
