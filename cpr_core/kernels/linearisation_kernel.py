@@ -171,6 +171,9 @@ def _respond(robot, record, response, pencil):
             value, other = row[answering + n], condensed[answering + n]
             for j in range(answering):
                 value -= column[j] * other[j]
+            own = abs(row[answering + n])
+            if m == n and own > max(_LARGEST_BORDER, _LARGEST_BORDER * abs(value)):
+                return False  # the digits of a motor that feeds a rod which is hardly bent
             response[width + m, n] = scale * value / (motor_unit * unit[robot.motor_index + n])
     return True
 

@@ -17,6 +17,7 @@ from helpers.shipped_steps import CHAINS, SHORT_FORM, STEPS
 from helpers.yaml_content import shipped_content
 
 from cpr_core import (
+    DistributedForce,
     Loads,
     NotReached,
     kinemato_statics,
@@ -243,6 +244,44 @@ def test_they_agree_where_a_motor_feeds_a_straight_rod(angle, tip):
     for force in (0.0, *10.0 ** np.arange(-12.0, -1.0)):
         pushed = robot.default_loads.with_(wrench_world=[0, 0, 0, 0.3 * force, force, 0])
         assert_same(solve_forward(robot, home.motors, start=home, loads=pushed))
+
+
+@pytest.mark.parametrize("push", [0.1, 0.3, 1.0])
+def test_a_fed_rod_hardly_bent_answers_as_precisely_as_any(push):
+    """Behind it the tip is clamped beside its axis; the feed answered with all digits wrong."""
+    content = {
+        "name": "fed",
+        "space": "planar",
+        "rod": {
+            "length": 0.43,
+            "section": {"shape": "circular", "radius": 0.0016},
+            "young_modulus": 110e9,
+            "shear_modulus": 42e9,
+        },
+        "legs": [
+            {
+                "base": {"position": [0, 0, 0], "tangent": [-0.943, -0.333, 0]},
+                "chain": [
+                    {"rod": {}, "motor": "feed"},
+                    {"link": [0.037, 0.0046, 0], "tangent": [0.7585, -0.6517, 0]},
+                ],
+                "tip": {"type": "fixed", "position": [0, 0, 0], "tangent": [-0.87, 0.48, 0]},
+            }
+        ],
+        "controlled": ["y"],
+        "home": {"motors": [0.43], "platform": {"position": [-0.4, -0.15, 0]}},
+    }
+    robot = load_robot(content)
+    loads = Loads.none().with_(
+        distributed=[
+            DistributedForce("leg1", [0, 1], push * np.array([[-0.31, 0.31, 0], [-0.55, -0.47, 0]]))
+        ]
+    )
+    home = solve_home(robot)
+    found = solve_forward(robot, home.motors, start=home, loads=loads)
+    whole = found.dense_response.of_platform(robot.platform_indices)
+    scale = np.abs(whole.matrix).max()
+    np.testing.assert_allclose(found.response.matrix, whole.matrix, rtol=0, atol=1e-8 * scale)
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs", "two_rods"])
