@@ -247,7 +247,10 @@ class CprNode(LifecycleNode):
         index = session.solver.current.index
         logger.info(f"at home after {time.monotonic() - begin:.1f} s, index {index}")
         if index > 0:
-            logger.warning("home is unstable: does every leg bow to the side it should?")
+            logger.warning(
+                "home is unstable, no robot is there and no motion is followed from there: does every "
+                "leg bow to the side it should?"
+            )
         self._whereabouts = Whereabouts(self, self.parameters, session, self._stop, self._started)
         logger.info(self._stop.wait_for(self._whereabouts.begin))
         steps = warm_up(session, frames)

@@ -155,7 +155,7 @@ class JudgedSteps:
     ) -> Refusal | None:
         if change_between(current.equilibrium, ahead.equilibrium) > LARGEST_CHANGE:
             return Refusal("branch_jump", "the next equilibrium is not near this one")
-        if ahead.index > current.index:
+        if ahead.index > 0:  # also where it begins unstable, as a home may be: no robot is there
             return Refusal("margin", "the next equilibrium is unstable with the motors held")
         for name in watched:
             first, last = current.value(name), ahead.value(name)

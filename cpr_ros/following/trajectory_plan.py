@@ -128,7 +128,7 @@ class TrajectoryPlan:
             yield True
             stopped, equilibria = found.stopped, list(found.equilibria)
             if equilibria:
-                self._check_indices(last.index, equilibria, times)
+                self._check_indices(equilibria, times)
                 if self._of_motors:
                     self._check_motors(last, equilibria, times)
                 assessed = [last, *map(self._assessed, equilibria)]
@@ -160,11 +160,10 @@ class TrajectoryPlan:
             time_limit=self._longest_stride(),
         )
 
-    def _check_indices(self, before: int, found: Sequence[Equilibrium], times: Floats) -> None:
-        indices = [before, *(equilibrium.index_locked for equilibrium in found)]
-        rises = np.flatnonzero(np.diff(indices) > 0)
-        if rises.size:
-            at = float(times[rises[0]])
+    def _check_indices(self, found: Sequence[Equilibrium], times: Floats) -> None:
+        unstable = np.flatnonzero([equilibrium.index_locked > 0 for equilibrium in found])
+        if unstable.size:
+            at = float(times[unstable[0]])
             why = "the robot would be unstable with the motors held"
             raise TrajectoryRefused(at, "margin", f"at {at:.3f} s {why}", why)
 

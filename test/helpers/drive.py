@@ -47,6 +47,20 @@ def uncontrolled_robot() -> cpr_core.Robot:
     return changed_robot("rfrfr", change)
 
 
+def unstable_robot() -> cpr_core.Robot:
+    """The RFRFR robot with an unstable home: its rods are bent in waves, as nothing holds them."""
+
+    def change(content):
+        strain = [[-2.902, 5.086, -2.887, 0.592, 0.383], [-2.661, -4.84, 6.916, 2.141, -0.969]]
+        content["home"] = {
+            "motors": content["home"]["motors"],
+            "strain": [{"bending_3": series} for series in strain],
+            "platform": {"position": [0.546, 0.133, 0.0]},
+        }
+
+    return changed_robot("rfrfr", change)
+
+
 class Drive:
     """A follower, where it is, and a clock that goes one period a tick."""
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, robot
+from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, robot, unstable_robot
 
 from cpr_core import solve_forward, solve_home, solve_inverse
 from cpr_core.model.assessment import MEASURES, Assessment, Threshold
@@ -89,3 +89,16 @@ def test_an_equilibrium_that_is_not_near_is_no_step(steps, home, monkeypatch):
     current, goal = Assessment(home), MotorGoal(home.robot, home.motors + 0.1)
     monkeypatch.setattr(judged_steps, "LARGEST_CHANGE", 1e-6)
     assert towards(steps, current, goal).reason == "branch_jump"
+
+
+@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("way", [-0.01, 0.01])
+def test_no_motion_begins_at_an_unstable_home(number, way):
+    """No robot is there: measures that get better on the way are those of another equilibrium."""
+    home = solve_home(unstable_robot())
+    assert home.index_locked == 1
+    steps, goal = JudgedSteps(home.robot, PERIOD, SETTINGS), home.motors.copy()
+    goal[number] += way
+    refusal = towards(steps, Assessment(home), MotorGoal(home.robot, goal))
+    assert isinstance(refusal, Refusal)
+    assert refusal.reason == "margin" and "unstable with the motors held" in refusal.text

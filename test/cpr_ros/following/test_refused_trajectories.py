@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Duration, Time
 from cpr_msgs.msg import ErrorCode
-from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, robot
+from helpers.drive import PERIOD, SETTINGS, THRESHOLDS, robot, unstable_robot
 from helpers.followed_trajectories import DOWN, WATCHED, Follower, in_long_strides
 from helpers.pendulum import pendulum
 from hypothesis import example, given, settings
@@ -357,3 +357,10 @@ def test_the_point_whose_numbers_are_wrong_is_named(field, numbers, error):
     setattr(message.points[3], field, numbers)
     with pytest.raises(error, match=rf"points\[3\].{field}: expected 2 numbers"):
         trajectory_order(robot("rfrfr"), message, Time())
+
+
+def test_no_trajectory_begins_at_an_unstable_home():
+    saddle = Follower(unstable_robot())
+    _, (ending,) = saddle.take([1.0], [[0.0, 0.05]])  # the margin of there, negative, gets better
+    assert (ending.val, ending.measure) == (ErrorCode.INVALID_MOTION_PLAN, "margin")
+    assert "unstable with the motors held" in ending.message
