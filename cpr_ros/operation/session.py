@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import Equilibrium, Loads, Robot
+from cpr_core import CprError, Equilibrium, Loads, Robot
 from cpr_core.model.assessment import Assessment
 
 from ..closed_loop.jogging import Jogger
@@ -74,8 +74,13 @@ class Session:
         """Start at home, idle.
 
         Raises:
-            CprError: The home of the description cannot be used.
+            CprError: The robot has no motors, or the home of its description cannot be used.
         """
+        if not robot.motor_count:
+            source = robot.description.source
+            raise CprError(
+                f"{source}: expected a robot with motors, there are none to move or track"
+            )
         self.robot, self.period = robot, 1.0 / parameters.tick_rate
         self.commands = MotorCommands(robot, self.period, live.max_lead)
         self.measured = MeasuredMotors(live.measured_timeout)

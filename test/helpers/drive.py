@@ -61,6 +61,17 @@ def unstable_robot() -> cpr_core.Robot:
     return changed_robot("rfrfr", change)
 
 
+def motorless_robot() -> cpr_core.Robot:
+    """A rod of the RFRFR robot that is welded to the ground."""
+
+    def change(content):
+        del content["legs"][1]
+        content["legs"][0]["motor"] = {"type": "welded"}
+        content |= {"controlled": [], "home": {"motors": [], "bow": "left"}}
+
+    return changed_robot("rfrfr", change)
+
+
 class Drive:
     """A follower, where it is, and a clock that goes one period a tick."""
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode
-from helpers.drive import PERIOD, SETTINGS, robot
+from helpers.drive import PERIOD, SETTINGS, motorless_robot, robot
 from helpers.session_bench import FIXED, LIVE, Bench, still, stop, ticked, timed
 from helpers.turntable import turntable
 
-from cpr_core import solve_forward, solve_home
+from cpr_core import CprError, solve_forward, solve_home
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State
@@ -458,3 +458,10 @@ def test_a_setpoint_that_is_dropped_while_commands_are_on_their_way_holds_them(b
     for _ in range(5):
         assert bench.tick().state == State.PAUSED
     np.testing.assert_array_equal(bench.commands[-1], held)
+
+
+def test_a_robot_without_motors_is_refused_by_that_name():
+    """The deviation of its efforts was said to be infinite."""
+    frames, parameters = Frames("base", "platform"), Parameters(**FIXED)
+    with pytest.raises(CprError, match="rfrfr: expected a robot with motors"):
+        Session(motorless_robot(), frames, parameters, LIVE)
