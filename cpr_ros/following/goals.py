@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
 from cpr_core.description.plausibility import motors_doubt, position_doubt
 from cpr_core.model.assessment import Assessment
+from cpr_core.solving.limits import ROUNDING
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
@@ -67,7 +68,8 @@ class MotorGoal:
     Attributes:
         asked: (n,) [rad or m], as they were asked for.
         motors: (n,) [rad or m], within the position limits.
-        clipped: Names of the motors whose setpoint was beyond its limits.
+        clipped: Names of the motors whose setpoint was beyond its limits, by more than the accuracy of a
+            solution: a pose may leave a motor there.
     """
 
     def __init__(self, robot: Robot, motors: ArrayLike, where: str = "motors") -> None:
@@ -87,8 +89,9 @@ class MotorGoal:
         for number, motor in robot.limited_motors:  # numpy takes longer on so few numbers
             within = min(max(values[number], motor.limits.lower), motor.limits.upper)
             if within != values[number]:
+                if abs(values[number] - within) > ROUNDING * robot.motor_units[number]:
+                    beyond.append(robot.motor_names[number])
                 values[number] = within
-                beyond.append(robot.motor_names[number])
         self.asked, self.motors, self.clipped = wanted, np.array(values), tuple(beyond)
         check_rod_lengths(robot, self.motors)
 

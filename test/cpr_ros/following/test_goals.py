@@ -131,3 +131,11 @@ def test_motors_that_stay_are_not_moved_by_rounding(begin, end, stays, part):
     first, second = MotorGoal(rfrfr, [end, stays]).at(start, part)
     assert second == stays
     assert min(begin, end) <= first <= max(begin, end)
+
+
+@pytest.mark.parametrize(("beyond", "clipped"), [(3e-10, ()), (1e-8, ("motor1",))])
+def test_a_motor_beyond_its_range_by_the_accuracy_of_a_solution_is_at_its_end(beyond, clipped):
+    """A pose may have left it there: goals of other motors were refused for it."""
+    goal = MotorGoal(robot("three_prs"), [0.25 + beyond, 0.2, 0.2])
+    assert goal.motors.tolist() == [0.25, 0.2, 0.2]
+    assert goal.clipped == clipped
