@@ -95,14 +95,19 @@ def bracket_by_fraction(
         The point before it and the one behind it; None in its place if no solution is near there.
     """
     low, high, _, last = _narrowed(path.at, low, high, low.fraction, last)
+    found: Point | None = high
     while last - low.fraction > LOCATION:
         middle = 0.5 * (low.fraction + last)
         point = path.at(low, middle)
         if point is None or differ(low, point):
-            last = middle
+            last, found = middle, point
         else:
             low = point
-    return low, path.at(low, last)
+    behind = path.at(low, last)
+    hidden = behind is not None and not differ(low, behind)
+    if hidden and found is not None and not found.violated <= low.violated:
+        return low, found  # rounding decides there on which side of a limit a point is
+    return low, behind
 
 
 def bracket_by_arc_length(

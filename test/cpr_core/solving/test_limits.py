@@ -15,6 +15,7 @@ from cpr_core import (
     PathEvent,
     StrainLimitExceeded,
     load_robot,
+    solve_forward,
     solve_home,
     solve_inverse,
     trace_through,
@@ -154,3 +155,13 @@ def test_a_way_is_undisturbed_until_a_limit_does_not_hold_or_is_grazed(seed):
 def test_a_way_without_limits_or_steps_is_undisturbed():
     assert undisturbed(np.zeros((5, 0))) == 4
     assert undisturbed(np.ones((1, 3))) == 0
+
+
+def test_a_limit_that_is_passed_by_what_rounding_hides_ends_the_way():
+    """On which side of it a point is was another answer each time, and the walk went on by nothing."""
+    robot = load_robot("three_prs")
+    at_end = solve_forward(robot, [0.25, 0.2, 0.2])
+    start = solve_inverse(robot, at_end.pose + [0.0, 1.6625e-4, 0.0], start=at_end)
+    assert 0.0 < start.motors[0] - 0.25 < 4e-10
+    with pytest.raises(MotorLimitExceeded, match="motor1: position"):
+        solve_inverse(robot, start.pose + [0.0, 1e-4, 0.0], start=start, time_limit=20.0)
