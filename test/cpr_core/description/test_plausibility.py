@@ -10,7 +10,7 @@ from helpers.doubts import DEGREES, MILLIMETRES
 from helpers.spoilt_descriptions import put
 from helpers.yaml_content import shipped_content
 
-from cpr_core import DescriptionError, DescriptionWarning, load_robot
+from cpr_core import DescriptionError, DescriptionWarning, load_robot, solve_home
 from cpr_core.description.description_file import read_description
 
 
@@ -182,7 +182,7 @@ def test_a_point_with_tips_apart_looks_like_a_body():
 
 
 def test_loads_that_home_does_not_bear_are_what_is_named():
-    content = yaml_content(shipped_robots()["two_rods"].read_text())
+    content = shipped_content("two_rods")
     content["platform"]["mass"] = 80
     content["rod"]["yield_strain"] = 0.01
     says = (
@@ -197,7 +197,7 @@ def test_loads_that_home_does_not_bear_are_what_is_named():
 
 
 def test_a_ratio_the_wrong_way_round_is_what_is_doubted():
-    content = yaml_content(shipped_robots()["planar_body"].read_text())
+    content = shipped_content("planar_body")
     content["legs"][0]["motor"]["ratio"] = 100
     says = (
         r"legs\[0\]\.motor\.ratio: -1\.5 rad of the motor are -150 rad behind it: expected the way of "
