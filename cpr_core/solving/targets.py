@@ -115,12 +115,13 @@ def apart(robot: Robot, problem: ProblemName, first: Floats, last: Floats) -> Fl
     """How far it is from imposed values to others, in radians and rod lengths, (...).
 
     Largest change of a motor; of an effort, with EFFORT_UNIT E J / l (torques) or E J / l^2 as a radian;
-    of a pose the distance of the positions or the angle between the orientations.
+    of a pose that of a coordinate of the position or the angle between the orientations; motors held
+    beside it do not count.
 
     Args:
         robot: The robot.
         problem: What is imposed.
-        first: Values as ``Target.given`` has them, (..., n) or (..., 12 + n).
+        first: Values as ``Target.given`` has them, (..., n), or of a pose (..., 12) or more.
         last: As many.
     """
     largest: Floats

@@ -129,7 +129,7 @@ class Orders:
         """Go home; says what was done.
 
         Raises:
-            RequestError: The node is paused.
+            RequestError: The node is paused, or others have moved the motors.
         """
         if self.outgoing.tracking is not None:
             length = self.solver.current.characteristic_length
@@ -170,11 +170,14 @@ class Orders:
         return True
 
     def end(self, code: int, reason: str) -> bool:
-        """Forget where the robot was to go, whoever sent it there; whether it was to go anywhere.
+        """Forget where the robot was to go, whoever sent it there.
 
         Args:
             code: Number of cpr_msgs/ErrorCode, for who sent a trajectory.
             reason: Why.
+
+        Returns:
+            Whether that was a setpoint; who sent a trajectory is told by it.
         """
         self.trajectories.stop(code, reason)
         if self.follower.goal is None:
