@@ -130,3 +130,17 @@ def test_a_file_that_was_half_taken_over_has_no_state_of_another_robot(file, mon
     kept = KeptState(file, other)
     assert "its checksums are wrong" in kept.damage
     kept.close()
+
+
+def test_a_damaged_file_that_was_removed_as_it_may_be_is_there_as_soon_as_something_is_kept(file):
+    """A node that was killed before it looked after its file left none."""
+    file.parent.mkdir()
+    file.write_bytes(bytes(500))
+    kept = KeptState(file, ROBOT)
+    assert "may be removed" in kept.damage
+    file.unlink()
+    kept.keep(at(0.6), at(0.6).motors)
+    kept.close()
+    kept = KeptState(file, ROBOT)
+    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    kept.close()
