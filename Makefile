@@ -11,8 +11,8 @@ export RMW_IMPLEMENTATION := rmw_fastrtps_cpp
 # Nodes of other people on the network stay out of tests and demonstration.
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
-# Tests run in five processes more than there are cores, as those of nodes wait; PYTEST_ARGS="-n 0" runs them in one.
-IN_PROCESSES := -n logical --maxprocesses 8
+# Tests run in three processes more than there are cores; PYTEST_ARGS="-n 0" runs them in one.
+IN_PROCESSES := -n logical --maxprocesses 6
 PYTEST := -m pytest $(IN_PROCESSES)
 
 .PHONY: help setup demo test test-oldest lint paper bench verify colcon clean

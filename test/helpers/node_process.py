@@ -37,7 +37,7 @@ TIMEOUT = 20.0
 #: Time limit of requests: what they come to does not depend on how busy the computer is [s].
 TIME_LIMIT = 5.0
 
-#: As many domains as one process takes: eight workers and the tests that take many at once have enough.
+#: As many domains as one process takes: six workers and the tests that take many at once have enough.
 OWN_DOMAINS = 8
 _own: list[OwnDomain] = []
 

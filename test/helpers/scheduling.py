@@ -21,8 +21,8 @@ _SLOW = 10.0
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Five more than cores: tests of nodes and pages wait for most of their time."""
-    return _cores() + 5
+    """Three more than cores: tests of nodes and pages wait for most of their time."""
+    return _cores() + 3
 
 
 def _cores() -> int:
