@@ -17,6 +17,7 @@ from ..kernels.problems import ProblemName
 from ..kernels.square_problem import Tolerances
 from ..model.equilibrium import Equilibrium, corrected
 from ..model.robot import Robot
+from ..model.world_response import effort_units
 from ..solving.continued import continued
 from ..solving.geometrico_statics import checked_start
 from ..solving.limits import margins, violated
@@ -98,7 +99,7 @@ def _solved(known: Sequence[Equilibrium], row: Measurement) -> Equilibrium:
         except NotReached:
             if begin is known[0] and not found:
                 raise
-    return min(found, key=lambda each: _contradiction(row, each))
+    return found[0] if len(found) == 1 else min(found, key=lambda each: _contradiction(row, each))
 
 
 def _reached(start: Equilibrium, drive: DrivenBy, loads: Loads) -> Equilibrium:
@@ -122,8 +123,7 @@ def _contradiction(row: Measurement, equilibrium: Equilibrium) -> float:
     if row.frame == "tracker":
         apart[POSE] = np.nan
     lengths = {"position": np.full(3, robot.mean_length), "rotation": np.ones(3)}
-    efforts = robot.arrays.energy_unit / robot.motor_units
-    units = joined(robot, lengths | {"motors": robot.motor_units, "efforts": efforts})
+    units = joined(robot, lengths | {"motors": robot.motor_units, "efforts": effort_units(robot)})
     return float(np.nansum((apart / units) ** 2))
 
 

@@ -143,20 +143,25 @@ class _Dense:
         whole[self.moving] = self.null_space @ directions
         return whole
 
+    @cached_property
+    def _elastic(self) -> Floats:
+        """The elastic part of H_r."""
+        elastic = elastic_hessian(self.solution)[np.ix_(self.moving, self.moving)]
+        return self.null_space.T @ elastic @ self.null_space
+
     @on_one_blas_thread
     def margin(self) -> float:
         """Smallest eigenvalue relative to the elastic stiffness."""
-        elastic = elastic_hessian(self.solution)[np.ix_(self.moving, self.moving)]
-        projected = self.null_space.T @ elastic @ self.null_space
-        if not len(projected):
+        elastic = self._elastic
+        if not len(elastic):
             return math.inf
-        factor, failed = scipy.linalg.lapack.dpotrf(projected, lower=True, clean=True)
+        factor, failed = scipy.linalg.lapack.dpotrf(elastic, lower=True, clean=True)
         if failed:
             return math.nan
         inverse, _ = scipy.linalg.lapack.dtrtri(factor, lower=True)
-        negligible = _NO_ENERGY * np.trace(projected)
+        negligible = _NO_ENERGY * np.trace(elastic)
         if 1.0 / np.sum(inverse**2) <= negligible:  # of the smallest eigenvalue a bound from below
-            smallest = scipy.linalg.eigvalsh(projected, subset_by_index=[0, 0])[0]
+            smallest = scipy.linalg.eigvalsh(elastic, subset_by_index=[0, 0])[0]
             if smallest <= negligible:
                 return math.nan
         relative = inverse @ self.reduced @ inverse.T
@@ -165,8 +170,7 @@ class _Dense:
     @on_one_blas_thread
     def firm_margin(self) -> float:
         """As ``margin``, motions without elastic energy left to go where they like."""
-        elastic = elastic_hessian(self.solution)[np.ix_(self.moving, self.moving)]
-        stored, basis = scipy.linalg.eigh(self.null_space.T @ elastic @ self.null_space)
+        stored, basis = scipy.linalg.eigh(self._elastic)
         loose, firm = np.split(basis, [np.sum(stored <= _NO_ENERGY * stored.sum())], axis=1)
         units = np.sqrt(stored[loose.shape[1] :])
         across = loose.T @ self.reduced @ firm / units

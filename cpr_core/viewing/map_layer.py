@@ -99,11 +99,11 @@ def go_to_cell(handled: HandledRobot, found: WorkspaceMap, cell: int) -> bool:
     if arrived:
         place = ", ".join(f"{value:.4g}" for value in found.place(cell))
         handled.words = f"at the cell {', '.join(found.grid.axis_names)} = {place} of the map"
-        here = handled.equilibrium
-        apart = configuration_distance(found.robot, here.configuration, reached.configuration)
+        current = handled.equilibrium
+        apart = configuration_distance(found.robot, current.configuration, reached.configuration)
         if apart > SAME_EQUILIBRIUM:
             handled.words += (
-                f", in another equilibrium than the map has there: index {here.index_locked}, that "
+                f", in another equilibrium than the map has there: index {current.index_locked}, that "
                 f"of the map {reached.index_locked}"
             )
     return arrived

@@ -13,26 +13,22 @@ from cpr_core.solving.deadline import Deadline
 from ..error_codes import RequestError
 from ..following.straight_way import check_straight_way
 from .orders import Orders
-from .outgoing import Outgoing
 
 __all__ = ["check_applied"]
 
 
-def check_applied(
-    solution: Assessment, deadline: Deadline, orders: Orders, outgoing: Outgoing
-) -> None:
+def check_applied(solution: Assessment, deadline: Deadline, orders: Orders) -> None:
     """Whether the robot may be put at a solution, and the motors may go there from where they are.
 
     Args:
         solution: The solution.
         deadline: When that has to be known.
-        orders: What the robot has been asked to do.
-        outgoing: Where its motors are sent.
+        orders: What the robot has been asked to do, and where its motors are sent.
 
     Raises:
         RequestError: It may not, or that was not found out in time.
     """
-    occupied = _occupied(orders, outgoing)
+    outgoing, occupied = orders.outgoing, _occupied(orders)
     if occupied:
         raise RequestError(ErrorCode.NOT_READY, f"apply: {occupied}")
     if solution.index > 0:
@@ -47,10 +43,11 @@ def check_applied(
         check_straight_way(current, commands, solution.equilibrium, thresholds, deadline)
 
 
-def _occupied(orders: Orders, outgoing: Outgoing) -> str:
+def _occupied(orders: Orders) -> str:
     """Why the robot is not put elsewhere now; empty: nothing is against it."""
-    if outgoing.others.in_question:
-        return outgoing.others.in_question
+    in_question = orders.outgoing.others.in_question
+    if in_question:
+        return in_question
     end_it = "an empty ~/joint_trajectory ends that"
     if orders.follower.moving:
         return f"the robot is on its way; {end_it}"
@@ -58,6 +55,6 @@ def _occupied(orders: Orders, outgoing: Outgoing) -> str:
         return f"a trajectory is to be followed; {end_it}"
     if orders.awaiting:
         return f"a goal of ~/move_to waits to be measured where it is; {end_it}"
-    if orders.follower.paused and outgoing.aligned:
+    if orders.follower.paused and orders.outgoing.aligned:
         return "the node is paused: release it first"  # else motors set off when the pause ends
     return ""  # commands that are on their way go to the new place instead

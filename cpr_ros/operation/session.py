@@ -109,7 +109,7 @@ class Session:
             self.follower,
             live.time_limit,
             parameters.characteristic_length,
-            lambda found, deadline: check_applied(found, deadline, self.orders, self.outgoing),
+            lambda found, deadline: check_applied(found, deadline, self.orders),
         )
         self.outgoing = Outgoing(
             self.solver, self.follower, self.tracking, self.commands, self.measured, self.others
