@@ -19,9 +19,9 @@ from cpr_core.viewing.motor_sliders import MotorSliders
 from cpr_core.viewing.robot_scene import RobotScene
 from cpr_core.viewing.server import address_of, close_server, open_server
 from cpr_core.viewing.status_panel import BarsPanel, as_plain
-from cpr_core.viewing.typed import numbers_as_text, typed_numbers
 
 from .page_control import PageControl
+from .typed_motors import TypedMotors
 from .watched_node import Seen
 
 __all__ = ["NodePage"]
@@ -112,7 +112,7 @@ class NodePage:
         self._parts = [folder]
         with folder:
             self._sliders = MotorSliders(gui, robot, motors, self._slid, self._typed_beside)
-            self._add_field(robot, motors)
+        TypedMotors(gui, folder, robot, motors, self._typed, self._refuse)
 
     def show_lines(self, lines: RobotLines) -> None:
         """Draw the robot as its markers have it."""
@@ -223,22 +223,12 @@ class NodePage:
             f"nothing was sent: {motor} goes where its slider is dragged, or the field `numbers` says"
         )
 
-    def _add_field(self, robot: Robot, motors: list[float]) -> None:
-        gui = self._server.gui
-        hint = "of all motors, SI units, radians, between spaces"
-        field: Any = gui.add_text("numbers", numbers_as_text(np.array(motors)), hint=hint)
-        send: Any = gui.add_button("send")
+    def _typed(self, motors: list[float]) -> None:
+        for number, position in enumerate(motors):
+            self._slid(number, position)
 
-        async def sent(_: Any) -> None:
-            try:
-                values = typed_numbers("motors", field.value, robot.motor_names)
-            except CprError as error:
-                self.say(f"nothing was sent: {error}")
-                return
-            for number, position in enumerate(values.tolist()):
-                self._slid(number, position)
-
-        send.on_click(sent)
+    def _refuse(self, why: CprError) -> None:
+        self.say(f"nothing was sent: {why}")
 
     def _give_back(self, why: str) -> None:
         if self._control.give_back():
