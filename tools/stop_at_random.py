@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -41,6 +42,9 @@ PATIENCE = 30.0
 READY = 300.0
 #: Lines of the log after which some of the signals come, however fast the machine is.
 STAGES = ("motors motor1", "finding home", "at home", "inverse problem", "shapes", "ready")
+#: Said by DDS where two processes, of whatever domains, open the same port at once: all domains share
+#: those from 7000 on, and one of the two takes the next.
+PORT_OF_ANOTHER = re.compile(r"RTPS_TRANSPORT_SHM.*fastrtps_port70\d\d: open_and_lock_file failed")
 
 
 @dataclass(frozen=True)
@@ -207,7 +211,7 @@ def end_of(stop: Stop) -> End:
             status = process.wait()
         duration = time.monotonic() - first
         log.seek(0)
-        lines = [line.rstrip() for line in log if line.strip()]
+        lines = [line.rstrip() for line in log if line.strip() and not PORT_OF_ANOTHER.search(line)]
         said = tuple(line for line in lines if not line.startswith("[INFO]"))
         stage = lines[-1].rpartition("]: ")[2] if lines else "nothing logged yet"
         left = sum(".tmp." in path.name for path in Path(folder).rglob("*"))
