@@ -99,7 +99,7 @@ class RobotBench:
         self.client.spin_until(lambda: text in self.process.output(), timeout=240.0)
 
     def until_answered(self):
-        """By the node of now: requests may go to one that was killed, which is not known for a while."""
+        """By the node of now: a request goes to one that was killed, while nobody else is known yet."""
         states = self.client.node.create_client(GetState, "/cpr_node/get_state")
         asked = []
 
@@ -123,6 +123,8 @@ class RobotBench:
             self.client.executor.spin_once(timeout_sec=0.005)
 
     def change(self, *transitions):
+        if self.ended:
+            self.until_answered()
         for transition in transitions:
             assert change(self.client, transition), self.process.output()
 

@@ -79,7 +79,6 @@ def test_no_command_is_far_from_the_one_before_whatever_happens_in_motion(bench)
             case 4:
                 bench.kill()
                 bench.start("autostart:=false", until="unconfigured")
-                bench.until_answered()
                 bench.change(configure, activate)
         bench.until_heard()
         assert bench.longest_step() <= 1.0 + 2e-5, (moment, bench.longest_step())
