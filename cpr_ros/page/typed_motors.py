@@ -17,10 +17,10 @@ from cpr_core.viewing.typed import numbers_as_text, typed_numbers
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["NOTHING_TO_SEND", "TypedMotors"]
+__all__ = ["TypedMotors"]
 
 #: What the button says of a text that is not one number of every motor.
-NOTHING_TO_SEND = "nothing to send"
+_NOTHING_TO_SEND = "nothing to send"
 
 
 class TypedMotors:
@@ -81,6 +81,6 @@ class TypedMotors:
         try:
             values = typed_numbers("motors", text, self._robot.motor_names).tolist()
         except CprError as error:
-            return NOTHING_TO_SEND, partial(self._refused, error)
+            return _NOTHING_TO_SEND, partial(self._refused, error)
         shown = " ".join(f"{position + 0.0:.5g}" for position in values)
         return f"send {shown}", partial(self._asked, values)

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -90,18 +91,30 @@ def client(domain):
     client.close()
 
 
-def heard(client, looker, kind, topic, good):
-    """The next message for which something holds."""
+@contextmanager
+def listening(client, kind, topic):
+    """All messages that come."""
     received = []
     subscription = client.node.create_subscription(kind, topic, received.append, 10)
+    yield received
+    client.node.destroy_subscription(subscription)
+
+
+def first_of(received, client, looker, good):
+    """The first of them for which something holds, once there is one."""
 
     def spun():
         client.executor.spin_once(timeout_sec=0.05)
         return any(good(message) for message in received)
 
     looker.until(spun)
-    client.node.destroy_subscription(subscription)
     return next(message for message in received if good(message))
+
+
+def heard(client, looker, kind, topic, good):
+    """The next message for which something holds."""
+    with listening(client, kind, topic) as received:
+        return first_of(received, client, looker, good)
 
 
 MOTOR_SETPOINT = "/cpr_node/motor_setpoint"
@@ -166,24 +179,15 @@ TYPED_AND_PRESSED = """(field, [texts, label]) => new Promise(done => setTimeout
 
 def type_and_press_at_once(looker, client, field):
     """Only what a button says is sent, not a number that was typed on the way to another one."""
-    received = []
-    subscription = client.node.create_subscription(
-        JointState, MOTOR_SETPOINT, lambda told: received.append([*told.position]), 10
-    )
-    field.fill("2.7 0.3")
-    looker.page.get_by_role("button", name="send 2.7 0.3").wait_for()
-    field.evaluate(TYPED_AND_PRESSED, [["2.7 0.4", "2.7 0.45"], "send 2.7 0.3"])
-    looker.page.get_by_role("button", name="send 2.7 0.4", exact=True).wait_for()
-    field.fill("2.7 0.5")
-    looker.press("send 2.7 0.5")
-
-    def spun():
-        client.executor.spin_once(timeout_sec=0.05)
-        return bool(received)
-
-    looker.until(spun)
-    assert received == [[2.7, 0.5]]
-    client.node.destroy_subscription(subscription)
+    with listening(client, JointState, MOTOR_SETPOINT) as received:
+        field.fill("2.7 0.3")
+        looker.page.get_by_role("button", name="send 2.7 0.3").wait_for()
+        field.evaluate(TYPED_AND_PRESSED, [["2.7 0.4", "2.7 0.45"], "send 2.7 0.3"])
+        looker.page.get_by_role("button", name="send 2.7 0.4", exact=True).wait_for()
+        field.fill("2.7 0.5")
+        looker.press("send 2.7 0.5")
+        first_of(received, client, looker, lambda _: True)
+    assert [[*setpoint.position] for setpoint in received] == [[2.7, 0.5]]
 
 
 def type_into_the_field(looker, client):
