@@ -166,7 +166,7 @@ def type_beside_a_slider(looker, client, motors):
 
 
 #: Keys and a click that come at once when a page was held up; 50 ms after it has said anything it says
-#: the first of them, and of those that come with it the last.
+#: the first of them, and after 50 ms more, of those that came with it, the last.
 TYPED_AND_PRESSED = """(field, [texts, label]) => new Promise(done => setTimeout(() => {
   const put = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set;
   for (const text of texts) {
@@ -174,7 +174,7 @@ TYPED_AND_PRESSED = """(field, [texts, label]) => new Promise(done => setTimeout
     field.dispatchEvent(new Event('input', {bubbles: true}));
   }
   [...document.querySelectorAll('button')].find(button => button.innerText === label).click();
-  done(); }, 60))"""
+  setTimeout(done, 60); }, 60))"""
 
 
 def type_and_press_at_once(looker, client, field):
