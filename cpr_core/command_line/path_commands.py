@@ -189,7 +189,7 @@ def _trace_as_text(found: Trace) -> str:
     for event in found.events:
         place = ", ".join(f"{value:.5g}" for value in event.equilibrium.platform_position)
         lines.append(
-            f"  {event.kind:<13} at {event.fraction:.8f} of the way, platform ({place}): "
+            f"  {event.kind:<13} at {event.fraction:.8f} of the way, platform ({place}) m: "
             f"{event.message}"
         )
     if not found.events:
@@ -199,9 +199,10 @@ def _trace_as_text(found: Trace) -> str:
 
 
 def _numbers(found: Equilibrium) -> str:
-    motors = ", ".join(f"{value:.6g}" for value in found.motors)
+    moved = zip(found.robot.description.motors, found.motors, strict=True)
+    motors = ", ".join(f"{at:.6g} {motor.unit}" for motor, at in moved)
     place = ", ".join(f"{value:.6g}" for value in found.platform_position)
-    return f"motors ({motors}), platform ({place}), index {found.index_locked}"
+    return f"motors ({motors}), platform ({place}) m, index {found.index_locked}"
 
 
 def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:

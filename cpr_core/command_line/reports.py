@@ -31,6 +31,9 @@ __all__ = [
 ]
 
 _TWIST = ("omega_x", "omega_y", "omega_z", "v_x", "v_y", "v_z")
+#: The same as small motions, and the components of a wrench, with their units.
+_MOTION = (*(f"{name} [rad]" for name in _TWIST[:3]), *(f"{name} [m]" for name in _TWIST[3:]))
+_WRENCH = ("m_x [N m]", "m_y [N m]", "m_z [N m]", "f_x [N]", "f_y [N]", "f_z [N]")
 
 
 def finite(value: float) -> float | None:
@@ -238,17 +241,21 @@ def _compliance_constant_effort(model: KinematoStatics) -> list[list[float]] | N
 def kinemato_statics_as_text(model: KinematoStatics, characteristic_length: float | None) -> str:
     """The same for people."""
     values = kinemato_statics_as_dict(model, characteristic_length)
-    rows = values["platform_coordinates"]
+    robot = model.equilibrium.robot
+    motions = [_MOTION[axis] for axis in robot.platform_axes]
+    wrenches = [_WRENCH[axis] for axis in robot.platform_axes]
+    motors = [f"{motor.name} [{motor.unit}]" for motor in robot.description.motors]
     lines = [f"{values['robot']}: kinemato-statics, platform in its own frame"]
     for title, key, columns in (
-        ("platform Jacobian dSigma_p/dq_a", "jacobian", values["motor_names"]),
-        ("compliance dSigma_p/dw_p, motors held", "compliance_motors_held", rows),
+        ("platform Jacobian dSigma_p/dq_a", "jacobian", motors),
+        ("compliance dSigma_p/dw_p, motors held", "compliance_motors_held", wrenches),
     ):
-        lines.append(f"  {title}")
-        lines.append("  " + " " * 8 + "".join(f"{column:>12}" for column in columns))
+        width = max(12, *(len(column) + 2 for column in columns)) if columns else 12
+        lines.append(f"  {title}: row per column")
+        lines.append("  " + " " * 14 + "".join(f"{column:>{width}}" for column in columns))
         lines += [
-            f"  {row:<8}" + "".join(f"{value:12.4g}" for value in numbers)
-            for row, numbers in zip(rows, values[key], strict=True)
+            f"  {row:<14}" + "".join(f"{value:{width}.4g}" for value in numbers)
+            for row, numbers in zip(motions, values[key], strict=True)
         ]
     if values["compliance_constant_effort"] is None:
         lines.append(

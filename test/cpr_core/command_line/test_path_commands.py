@@ -39,7 +39,8 @@ def test_trace_prints_events_and_end(capsys):
     assert "51 equilibria, the target is reached" in text
     assert text.count("stability is lost") == 2
     assert "at 0.764298" in text
-    assert "index 2" in text
+    assert " rad, " in text.splitlines()[-1]
+    assert text.rstrip().endswith(", 0) m, index 2")
 
 
 def test_trace_as_json(capsys):

@@ -74,6 +74,26 @@ def test_kinemato_answers_where_motors_at_constant_effort_hold_nothing():
     assert word not in kinemato_statics_as_text(kinemato_statics(solve_home(rigid_leg())), None)
 
 
+@pytest.mark.parametrize(
+    ("name", "motor", "last_of_wrench", "last_of_motion"),
+    [
+        ("gough_stewart", "motor6 [m]", "f_z [N]", "v_z [m]"),
+        ("rfrfr", "motor2 [rad]", "f_y [N]", "v_y [m]"),
+    ],
+)
+def test_kinemato_says_units_of_rows_and_columns(name, motor, last_of_wrench, last_of_motion):
+    model = kinemato_statics(solve_home(load_robot(name)))
+    text = kinemato_statics_as_text(model, None)
+    tables = [part.splitlines() for part in text.split(": row per column\n")[1:]]
+    for lines, last, matrix in zip(
+        tables, (motor, last_of_wrench), (model.jacobian, model.compliance()), strict=True
+    ):
+        rows = lines[1 : 1 + len(matrix)]
+        assert lines[0].endswith("  " + last)
+        assert rows[-1].startswith(f"  {last_of_motion} ")
+        assert float(rows[-1].split()[-1]) == pytest.approx(matrix[-1, -1], rel=1e-3)
+
+
 @pytest.mark.parametrize("name", sorted(shipped_robots()))
 def test_kinemato_is_that_of_the_library(capsys, name):
     robot = load_robot(name)
