@@ -27,7 +27,7 @@ from cpr_core import CprError, Equilibrium, solve_home
 
 from ..messages.command_message import CommandMessage
 from ..messages.conversions import joint_state, platform_pose
-from ..messages.leg_markers import leg_markers, marked_lines
+from ..messages.leg_markers import leg_markers, leg_width, marked_lines
 from ..messages.motor_messages import measured_motors
 from ..messages.platform_messages import measurement_delay
 from ..messages.stability_stream import Moment, StabilityStream
@@ -282,7 +282,8 @@ class Outputs:
         lines = marked_lines(outcome)
         yield
         frames = self._transforms.frames
-        message = leg_markers(lines, outcome.verdict.action, by, frames, stamp)
+        width = leg_width(session.robot)
+        message = leg_markers(lines, width, outcome.verdict.action, by, frames, stamp)
         yield
         self._markers.publish(message)
 

@@ -14,17 +14,19 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
+from cpr_core import Robot
 from cpr_core.drawing.robot_lines import RobotLines, equilibrium_lines
 
 from ..following.outcome import Outcome
 from ..following.supervision import Action
 from .conversions import Frames
 
-__all__ = ["POINTS", "leg_markers", "marked_lines"]
+__all__ = ["POINTS", "leg_markers", "leg_width", "marked_lines"]
 
 #: Points along a leg.
 POINTS = 24
-WIDTH = 0.006
+#: Width of a leg in mean rod lengths of the robot, whatever its size.
+_WIDTH = 0.008
 _DARK, _LIGHT = (ColorRGBA(r=tone, g=tone, b=tone, a=1.0) for tone in (0.2, 0.85))
 _ACTION_COLORS = {
     Action.NONE: (0.1, 0.7, 0.2),
@@ -38,13 +40,19 @@ def marked_lines(outcome: Outcome) -> RobotLines:
     return equilibrium_lines(outcome.assessment.equilibrium, POINTS)
 
 
+def leg_width(robot: Robot) -> float:
+    """Width of the legs of a robot as they are drawn [m]; thicker than its rods, so that it is seen."""
+    return _WIDTH * robot.mean_length
+
+
 def leg_markers(
-    lines: RobotLines, action: Action, by: str, frames: Frames, stamp: Time
+    lines: RobotLines, width: float, action: Action, by: str, frames: Frames, stamp: Time
 ) -> MarkerArray:
     """A line for every leg and one for the platform; links as thicker lines, joints as spheres.
 
     Args:
         lines: Of :func:`marked_lines`.
+        width: Of a leg [m], :func:`leg_width`; links are twice, joints three times as thick.
         action: What is asked for.
         by: ``strain``: every point by its bending curvature, from blue (straight) to red (the largest
             of the robot now, or half a turn per rod length if that is more); ``stability``: by the
@@ -55,15 +63,15 @@ def leg_markers(
     color = ColorRGBA(a=1.0, **_rgb(_ACTION_COLORS[action]))
     markers = []
     for number, (leg, shades) in enumerate(zip(lines.legs, lines.shades, strict=True)):
-        line = _line("legs", number, frames, stamp)
+        line = _line("legs", number, width, frames, stamp)
         line.points = [_point(position) for position in leg]
         if by == "strain":
             line.colors = [ColorRGBA(a=1.0, **_rgb(shade)) for shade in shades.tolist()]
         else:
             line.color = color
         markers.append(line)
-    markers += _links_and_joints(lines, frames, stamp)
-    platform = _line("platform", 0, frames, stamp)
+    markers += _links_and_joints(lines, width, frames, stamp)
+    platform = _line("platform", 0, width, frames, stamp)
     platform.points = [_point(position) for position in lines.platform]
     platform.color = _DARK
     if len(platform.points) >= 2:
@@ -71,20 +79,20 @@ def leg_markers(
     return MarkerArray(markers=markers)
 
 
-def _links_and_joints(lines: RobotLines, frames: Frames, stamp: Time) -> list[Marker]:
+def _links_and_joints(lines: RobotLines, width: float, frames: Frames, stamp: Time) -> list[Marker]:
     """All links in one marker, if there are any; all joints in one, dark where motors move them."""
-    links = _line("links", 0, frames, stamp)
-    links.type, links.scale.x, links.color = Marker.LINE_LIST, 2.0 * WIDTH, _DARK
+    links = _line("links", 0, 2.0 * width, frames, stamp)
+    links.type, links.color = Marker.LINE_LIST, _DARK
     links.points = [_point(end) for end in lines.links.reshape(-1, 3)]
-    joints = _line("joints", 0, frames, stamp)
+    joints = _line("joints", 0, 3.0 * width, frames, stamp)
     joints.type = Marker.SPHERE_LIST
-    joints.scale.x = joints.scale.y = joints.scale.z = 3.0 * WIDTH
+    joints.scale.y = joints.scale.z = joints.scale.x
     joints.points = [_point(position) for position in lines.joints]
     joints.colors = [_DARK if driven else _LIGHT for driven in lines.driven]
     return [marker for marker in (links, joints) if marker.points]
 
 
-def _line(namespace: str, number: int, frames: Frames, stamp: Time) -> Marker:
+def _line(namespace: str, number: int, width: float, frames: Frames, stamp: Time) -> Marker:
     marker = Marker(
         header=Header(stamp=stamp, frame_id=frames.base),
         ns=namespace,
@@ -92,7 +100,7 @@ def _line(namespace: str, number: int, frames: Frames, stamp: Time) -> Marker:
         type=Marker.LINE_STRIP,
         action=Marker.ADD,
     )
-    marker.scale.x = WIDTH
+    marker.scale.x = width
     marker.pose.orientation.w = 1.0
     return marker
 

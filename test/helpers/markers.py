@@ -6,10 +6,11 @@
 from builtin_interfaces.msg import Time
 
 from cpr_ros.messages.conversions import Frames
-from cpr_ros.messages.leg_markers import leg_markers, marked_lines
+from cpr_ros.messages.leg_markers import leg_markers, leg_width, marked_lines
 
 
 def markers_of(outcome, by):
     """As the node publishes them, in frames ``base`` and ``platform``."""
     frames = Frames("base", "platform")
-    return leg_markers(marked_lines(outcome), outcome.verdict.action, by, frames, Time())
+    width = leg_width(outcome.assessment.equilibrium.robot)
+    return leg_markers(marked_lines(outcome), width, outcome.verdict.action, by, frames, Time())

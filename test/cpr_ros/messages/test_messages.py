@@ -304,6 +304,20 @@ def test_links_and_joints_have_markers():
     ]
 
 
+@pytest.mark.parametrize("size", [0.02, 1.0, 10.0])
+def test_markers_are_as_thick_as_suits_the_size_of_the_robot(size):
+    """Of a robot that fits into a hand, no joint hides the platform; of a large one, legs are seen."""
+
+    def resized(content):
+        content["rod"]["length"] *= size
+        for leg in content["legs"]:
+            leg["base"]["position"] = [size * value for value in leg["base"]["position"]]
+
+    outcome = Drive(changed_robot("rfrfr", resized)).tick()
+    for marker in markers_of(outcome, "strain").markers:
+        assert 1 / 200 < marker.scale.x / size < 1 / 20
+
+
 def test_clamped_tips_have_no_marker():
     outcome = Drive(robot("gough_stewart")).tick()
     markers = {marker.ns: marker for marker in markers_of(outcome, "strain").markers}
