@@ -25,7 +25,7 @@ __all__ = ["smallest_singular_value"]
 #: Relative change at which Lanczos' method is done.
 _LANCZOS_CHANGE = 1e-10
 #: Step of the first look at the result, and steps from one look to the next.
-_FIRST_LOOK, _LANCZOS_CHECK = 8, 4
+_FIRST_LOOK, _LANCZOS_CHECK = 4, 2
 #: A vector shorter than this fraction of a Ritz value has nothing new.
 _NOTHING_NEW = 1e-14
 #: A vector that gets shorter than this part of itself is made orthogonal twice (Kahan).
