@@ -10,12 +10,12 @@ from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium, firm_margin, stepped
 from .hidden_changes import may_hide_in_one_step
 from .limits import grazes, margins, may_be_kept_again, violated
-from .targets import Target
+from .targets import Target, apart
 
 __all__ = ["ALONE", "solve_near"]
 
 #: Longest step, in longest steps of a walk, that may be taken alone where something is watched that its
-#: ends may not show: longer ones are looked at in between, by a walk.
+#: ends may not show: longer ones are looked at in between, by a walk. By effort it is the motors' way.
 ALONE = 0.1
 
 
@@ -35,7 +35,8 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
     if stable_only and (start.index_free if target.problem == "efforts" else start.index_locked):
         return None
     watched = pose or may_be_kept_again(robot, target.problem)
-    length = target.distance(start) / LONGEST_STEP if watched else 0.0
+    by_effort = target.problem == "efforts"
+    length = target.distance(start) / LONGEST_STEP if watched and not by_effort else 0.0
     if length > ALONE:
         return None
     found = stepped(
@@ -43,6 +44,9 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
     )
     if found is None or (robot.limited and not _within_limits(start, found)):
         return None
+    if watched and by_effort:  # near in what the motors do: a column hardly moves by large efforts
+        length = float(apart(robot, "motors", start.motors, found.motors)) / LONGEST_STEP
+        return found if length <= ALONE else None
     if stable_only and pose:
         before, after = firm_margin(start), firm_margin(found)
         if may_hide_in_one_step(before, after, length):

@@ -11,8 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.near_requests import is_walked, straight_stewart_gough, walk_near
-from benchmarks.walks import PROBLEMS, SOLVERS
-from cpr_core import Loads, NotReached, load_robot, solve_forward, solve_home, solve_inverse
+from benchmarks.walks import PROBLEMS, SOLVERS, walk_of
+from cpr_core import (
+    Loads,
+    NotReached,
+    load_robot,
+    solve_forward,
+    solve_forward_by_effort,
+    solve_home,
+    solve_inverse,
+)
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.condensation_kernel import DELAYED
 from cpr_core.kernels.continuation_kernel import FREELY, UNPREDICTED, WATCHED
@@ -24,6 +32,7 @@ from cpr_core.kernels.record_layout import STEPS as STEPS_TAKEN
 from cpr_core.kernels.square_problem import Tolerances
 from cpr_core.lie import rotation_exp
 from cpr_core.model.equilibrium import new_record
+from cpr_core.solving.near_request import ALONE, solve_near
 from cpr_core.solving.path import Path
 from cpr_core.solving.requests import target_of
 from cpr_core.solving.targets import EffortTarget, MotorTarget, PoseTarget
@@ -216,3 +225,24 @@ def test_rounding_of_a_pose_moves_no_motor_at_an_inverse_singularity(seed):
     for size in (1e-8, 1e-4):
         with pytest.raises(NotReached):
             solve_inverse(robot, start.pose + [size, 0.0, 0.0], start=start)
+
+
+@pytest.mark.parametrize(("way", "near"), [(0.045, True), (0.055, False)])
+def test_by_effort_motors_have_to_be_near(way, near):
+    """Between ends that are far apart a limit may be passed and kept again."""
+    home = solve_home(load_robot("three_rfs"))
+    ahead = solve_forward(home.robot, home.motors + [way, 0.0, 0.0], start=home)
+    target = EffortTarget(ahead.efforts)
+    assert (solve_near(home, target, stable_only=False) is not None) == near
+    reached = solve_forward_by_effort(home.robot, ahead.efforts, start=home)
+    assert reached.motors == pytest.approx(ahead.motors, abs=1e-7)
+
+
+def test_efforts_themselves_need_not_be_near():
+    """Columns hardly move by large ones."""
+    walk = walk_of("gough_stewart", 5, "by effort")
+    target = EffortTarget(walk.requests[0])
+    assert target.distance(walk.start) > ALONE * LONGEST_STEP
+    found = solve_near(walk.start, target, stable_only=True)
+    assert found is not None
+    assert np.abs(found.motors - walk.start.motors).max() < 2e-3 * found.robot.mean_length
