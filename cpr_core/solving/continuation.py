@@ -66,18 +66,23 @@ class Walk:
     """How far a branch was followed.
 
     Attributes:
-        last: Where it was followed to; the target itself if nothing stopped it.
-        events: What was passed, in order; the last one stopped the walk if ``stopped``.
-        stopped: What stopped it short of the target.
+        last: Where it was followed to.
+        events: What was passed, in order.
+        arrived: Whether that is the target; else the last event stopped the walk.
         violation: The limit that stopped it, if it was one, and the equilibrium just beyond.
         points: The points that were kept.
     """
 
     last: Equilibrium
-    events: tuple[PathEvent, ...]
-    stopped: PathEvent | None
-    violation: tuple[Limit, Equilibrium] | None
-    points: tuple[Point, ...]
+    events: tuple[PathEvent, ...] = ()
+    arrived: bool = True
+    violation: tuple[Limit, Equilibrium] | None = None
+    points: tuple[Point, ...] = ()
+
+    @property
+    def stopped(self) -> PathEvent | None:
+        """What stopped it short of the target."""
+        return None if self.arrived else self.events[-1]
 
 
 def follow(
@@ -126,6 +131,10 @@ def follow(
     return _Walker(path, target, stable_only, past_folds, keep, progress).walk()
 
 
+class _Ended(Exception):
+    """The last event stopped the walk."""
+
+
 class _Walker:
     """One walk: what was passed so far, and what to do next."""
 
@@ -149,27 +158,33 @@ class _Walker:
 
     def walk(self) -> Walk:
         """Go until the end."""
+        arrived = True
+        try:
+            last = self._go().equilibrium
+            if last.iterations != self.path.iterations:
+                last = last.with_iterations(self.path.iterations)
+        except _Ended:
+            arrived, last = False, self.events[-1].equilibrium
+        return Walk(last, tuple(self.events), arrived, self.violation, tuple(self.points))
+
+    def _go(self) -> Point:
+        """To the end of the way, or to where a branch that is followed past folds leaves it."""
         start = self.path.begin()
         self._keep(start)
         if not self.steps <= MOST_STEPS:
-            return self._end(start, "lost", "it is too far away to be followed there")
-        if self.stable_only and (start.index > 0 or not self.path.conservative):
-            text = (
-                f"the start is unstable, index {start.index}"
-                if start.index > 0
-                else "stability is not decided by energy under these loads"
-            )
-            return self._end(start, "stability", text)
+            raise self._ended(start, "lost", "it is too far away to be followed there")
+        if self.stable_only and start.index > 0:
+            raise self._ended(start, "stability", f"the start is unstable, index {start.index}")
+        if self.stable_only and not self.path.conservative:
+            text = "stability is not decided by energy under these loads"
+            raise self._ended(start, "stability", text)
         try:
-            if not self.past_folds:
-                return self._by_fraction(start)
-            end = self._by_arc_length(start)
-            return end if isinstance(end, Walk) else self._done(end)
+            return self._by_arc_length(start) if self.past_folds else self._by_fraction(start)
         except OutOfTime:
-            return self._end(self.reached, "time_limit", "the time allowed was over")
+            raise self._ended(self.reached, "time_limit", "the time allowed was over") from None
 
-    def _by_fraction(self, point: Point) -> Walk:
-        """Steps at given fractions; by arc length where they fail."""
+    def _by_fraction(self, point: Point) -> Point:
+        """Steps at given fractions to the end of the way; by arc length where they fail."""
         longest = self.longest
         step, before = longest, None
         while point.fraction < 1.0:
@@ -181,25 +196,17 @@ class _Walker:
                 step = 0.5 * (ahead - point.fraction)
                 if step >= SMALLEST_STEP * longest:
                     continue
-                onward = self._by_arc_length(point)
-                if isinstance(onward, Walk):
-                    return onward
-                point, step, before = onward, 10.0 * SMALLEST_STEP * longest, None
+                point, before = self._by_arc_length(point), None
+                step = 10.0 * SMALLEST_STEP * longest
             elif differ(point, next_point):
                 low, high = bracket_by_fraction(self.path, point, ahead, next_point)
                 regular = self.path.problem == "pose" or high is None or low.index == high.index
                 if high is None or not regular or distance(low, high) > SAME_PLACE:
                     if self._several_cross(low):
-                        return self._end(
-                            replace(low, equilibrium=point.equilibrium), "bifurcation", SEVERAL
-                        )
-                    onward = self._by_arc_length(point)  # the step had jumped over something
-                    if isinstance(onward, Walk):
-                        return onward
-                    point = onward
+                        raise self._ended_at_crossing(low, point, SEVERAL)
+                    point = self._by_arc_length(point)  # the step had jumped over something
                 else:
-                    if self._passed(low, high):
-                        return self._stopped(low)
+                    self._note(low, high)
                     point = high
                 step = min(step, 10.0 * max(point.fraction - low.fraction, SMALLEST_STEP * longest))
                 before = None
@@ -211,11 +218,11 @@ class _Walker:
                         step = half
                         continue
                     if Hidden.SINGULARITY in hidden and self._several_meet(point, next_point):
-                        return self._end(point, "bifurcation", SEVERAL)
+                        raise self._ended(point, "bifurcation", SEVERAL)
                 step = min(longest, 2.0 * max(2.0 * half, step))
                 before, point = point, next_point
             self._keep(point)
-        return self._done(point)
+        return point
 
     def _hidden(self, before: Point | None, point: Point, next_point: Point) -> Hidden:
         """What may have happened, and been undone, between two points.
@@ -247,28 +254,28 @@ class _Walker:
             return False
 
         def nearness(fraction: float) -> float:
-            found = self.path.at(point, fraction)
-            return np.inf if found is None else abs(found.watched.singularity[0])
+            between = self.path.at(point, fraction)
+            return np.inf if between is None else abs(between.watched.singularity[0])
 
         ends = point.fraction, next_point.fraction
         nearest = scipy.optimize.minimize_scalar(
             nearness, bounds=ends, method="bounded", options={"xatol": LOCATION}
         )
-        found = self.path.at(point, float(nearest.x))
-        return found is not None and self._several_cross(found)
+        meeting = self.path.at(point, float(nearest.x))
+        return meeting is not None and self._several_cross(meeting)
 
     def _several_cross(self, low: Point) -> bool:
         """Whether more than two branches meet, as on symmetric paths of symmetric robots."""
         return bool(np.sum(self.path.singular_values(low) < SINGULAR) > 1)
 
     @on_one_blas_thread
-    def _by_arc_length(self, point: Point) -> Walk | Point:
+    def _by_arc_length(self, point: Point) -> Point:
         """Steps by arc length, from a point beyond which no step at a fraction succeeds.
 
         Long, as whatever a step may come to is told apart in order.
 
         Returns:
-            The walk if it ends, else the point from where steps at fractions can go on.
+            The point from where steps at fractions can go on; past folds the last one on the way.
         """
         path, first = self.path, point
         tangent = path.tangent(point)
@@ -284,25 +291,22 @@ class _Walker:
             if next_point is None:
                 arc *= 0.5
                 if arc < SMALLEST_ARC:
-                    return self._lost(first, point)
+                    raise self._lost(first, point)
                 continue
             if differ(point, next_point):
-                found = bracket_by_arc_length(path, point, tangent, arc, next_point)
-                if found is None:  # the step had jumped to another branch
+                bracket = bracket_by_arc_length(path, point, tangent, arc, next_point)
+                if bracket is None:  # the step had jumped to another branch
                     arc *= 0.25
                     if arc < SMALLEST_ARC:
-                        return self._lost(first, point)
+                        raise self._lost(first, point)
                     continue
-                low, high, beyond = found
+                low, high, beyond = bracket
                 if low.fraction > 1.0 and arc > SMALLEST_ARC:
                     arc *= 0.5  # it happens beyond the end, which was stepped over
                     continue
                 if low.index != high.index and self._several_cross(low):
-                    return self._end(
-                        replace(low, equilibrium=point.equilibrium), "bifurcation", SEVERAL
-                    )
-                if self._passed(low, high):
-                    return self._stopped(low)
+                    raise self._ended_at_crossing(low, point, SEVERAL)
+                self._note(low, high)
                 if differ(high, next_point):  # something more happens within the step
                     next_point, end = beyond, None
                 before = None
@@ -324,7 +328,7 @@ class _Walker:
             if end is not None:
                 point = path.at(point, end) or point
                 if end == 0.0:
-                    return self._end(point, "fold", "the branch leads back to where the way began")
+                    raise self._ended(point, "fold", "the branch leads back to where the way began")
                 if self.past_folds:
                     self.points[-1] = point
                 return point
@@ -334,7 +338,7 @@ class _Walker:
                 and self._regular(point, tangent)
             ):
                 return point
-        return self._end(point, "lost", f"it is farther than {most} steps along the branch")
+        raise self._ended(point, "lost", f"it is farther than {most} steps along the branch")
 
     def _regular(self, point: Point, tangent: Tangent) -> bool:
         """Whether a step at a fraction is possible again, as long as the one that had failed."""
@@ -346,19 +350,18 @@ class _Walker:
         back = self.path.at(next_point, point.fraction)
         return back is not None and distance(point, back) < SAME_PLACE
 
-    def _passed(self, low: Point, high: Point) -> bool:
-        """Note what happens between two neighbours; whether it stops the walk."""
+    def _note(self, low: Point, high: Point) -> None:
+        """Note what happens between two neighbours; a limit, a fold or instability may end the walk."""
         event = event_between(self.path, low, high)
         if event is None:
-            return False
+            return
         self.events.append(event)
         limit = limit_passed(low, high)
         if limit is not None:
             self.violation = limit, high.equilibrium
-            return True
-        if self.stable_only and high.index > 0:
-            return True
-        return event.kind == "fold" and not self.past_folds
+        unstable = self.stable_only and high.index > 0
+        if limit is not None or unstable or (event.kind == "fold" and not self.past_folds):
+            raise _Ended
 
     def _keep(self, point: Point, every: bool = False) -> None:
         """Keep a point that was asked for, and tell how far it is."""
@@ -370,30 +373,18 @@ class _Walker:
         if self.progress is not None:
             self.progress(point.fraction)
 
-    def _lost(self, first: Point, last: Point) -> Walk:
-        """End where no step succeeds; at a crossing with the last equilibrium that is well known."""
+    def _lost(self, first: Point, last: Point) -> _Ended:
+        """The end where no step succeeds."""
         if self.path.singular_values(last)[0] > SINGULAR:
-            return self._end(last, "lost", "no equilibrium is near the last one on the way")
-        text = "branches cross, none of them goes straight on"
-        return self._end(replace(last, equilibrium=first.equilibrium), "bifurcation", text)
+            return self._ended(last, "lost", "no equilibrium is near the last one on the way")
+        return self._ended_at_crossing(last, first, "branches cross, none of them goes straight on")
 
-    def _end(self, last: Point, kind: EventKind, text: str) -> Walk:
-        self.events.append(
-            PathEvent(kind, last.fraction, last.equilibrium, last.index, last.index, text)
-        )
-        return self._stopped(last)
+    def _ended_at_crossing(self, crossing: Point, known: Point, text: str) -> _Ended:
+        """The end where branches cross, with the last equilibrium that is well told from others."""
+        return self._ended(replace(crossing, equilibrium=known.equilibrium), "bifurcation", text)
 
-    def _stopped(self, last: Point) -> Walk:
-        return replace(self._done(last), last=self.events[-1].equilibrium, stopped=self.events[-1])
-
-    def _done(self, point: Point) -> Walk:
-        last = point.equilibrium
-        if last.iterations != self.path.iterations:
-            last = last.with_iterations(self.path.iterations)
-        return Walk(
-            last=last,
-            events=tuple(self.events),
-            stopped=None,
-            violation=self.violation,
-            points=tuple(self.points),
-        )
+    def _ended(self, last: Point, kind: EventKind, text: str) -> _Ended:
+        """The end at a point, for what happens there."""
+        index = last.index
+        self.events.append(PathEvent(kind, last.fraction, last.equilibrium, index, index, text))
+        return _Ended()

@@ -10,7 +10,7 @@ tangent, as along any other path.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -161,17 +161,7 @@ class _Walk:
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
         """With its signs, as on any path."""
         path = Path(equilibrium, held(equilibrium, self.problem), equilibrium.loads)
-        point = path.begin()
-        return Point(
-            fraction,
-            equilibrium,
-            point.index,
-            point.sign,
-            equilibrium.signs.inverse_sign,
-            point.margins,
-            point.violated,
-            point.watched,
-        )
+        return replace(path.begin(), fraction=fraction)
 
     def _happens(self, low: Point, high: Point) -> bool:
         """Whether a singularity of the problem, or the end of what was asked for, lies between."""

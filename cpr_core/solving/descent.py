@@ -54,14 +54,14 @@ def descend(walks: HeldWalks, start: Equilibrium, pose: PoseTarget, objective: O
         if walk is None:
             break
         events += [replace(event, fraction=1.0) for event in walk.events]
-        if walk.stopped is not None:
-            return replace(walk, events=tuple(events), stopped=events[-1])
+        if not walk.arrived:
+            return replace(walk, events=tuple(events))
         moved = (walk.last.motors - last.motors) / last.robot.motor_units
         before = directions @ slope
         last, directions = walk.last, self_motions(kinemato_statics(walk.last))
         slope = objective.slope(last, directions, _probe(walks, last, directions, pose))
         curvature = _learnt(curvature, moved, directions @ slope - before)
-    return Walk(last, tuple(events), None, None, ())
+    return Walk(last, tuple(events))
 
 
 def _lower(
@@ -96,7 +96,7 @@ def _probe(walks: HeldWalks, last: Equilibrium, directions: Floats, pose: PoseTa
 
     def probe(change: Floats) -> Equilibrium | None:
         walk = walks.step(last, directions, pose, change)
-        return walk.last if walk.stopped is None else None
+        return walk.last if walk.arrived else None
 
     return probe
 

@@ -69,7 +69,7 @@ class HeldWalks:
             near = solve_near(begin, target, self.stable_only)
             if near is not None:
                 self.iterations += near.iterations
-                return Walk(_of_base(near, robot), (), None, None, ())
+                return Walk(_of_base(near, robot))
         walk = follow(
             begin,
             target,
@@ -124,6 +124,5 @@ def _walk_of_base(walk: Walk, robot: Robot) -> Walk:
         walk,
         last=_of_base(walk.last, robot),
         events=events,
-        stopped=None if walk.stopped is None else events[-1],
         violation=None if violation is None else (violation[0], _of_base(violation[1], robot)),
     )

@@ -93,7 +93,7 @@ class _Redundant:
     def walk(self, start: Equilibrium) -> Walk:
         """Go to the pose, then to where the objective is least."""
         walk, objective = self._arrive(start), self.objective
-        if walk.stopped is None:
+        if walk.arrived:
             walk = descend(
                 self.walks, walk.last, pose_between(walk.last, self.target, 1.0), objective
             )
@@ -122,7 +122,7 @@ class _Redundant:
             if walk.stopped is not None:
                 gained = whole * walk.stopped.fraction
                 if not of_the_choice:
-                    return replace(walk, stopped=self.events[-1])
+                    return walk
                 if gained < _SMALLEST_STAGE:
                     singular = kinemato_statics(last).singular_values("inverse")[0] < SINGULAR
                     if singular:
@@ -143,7 +143,7 @@ class _Redundant:
 
     def _stopped(self, event: PathEvent, fraction: float) -> Walk:
         self.events.append(replace(event, fraction=fraction))
-        return Walk(event.equilibrium, (), self.events[-1], None, ())
+        return Walk(event.equilibrium, tuple(self.events), arrived=False)
 
 
 def _least_change(model: KinematoStatics, pose: PoseTarget) -> Floats:

@@ -62,9 +62,9 @@ def solve_from(
         aim = objective_of(start, problem, objective)
     near = aim is None and (loads is None or loads is start.loads)
     if near and (time_limit is None or checked_time(time_limit) > _ONE_STEP):
-        found = solve_near(start, target, stable_only)
-        if found is not None:
-            return found
+        equilibrium = solve_near(start, target, stable_only)
+        if equilibrium is not None:
+            return equilibrium
         if _is_there(start, target) and not (stable_only and start.index_locked):
             return start.with_iterations(0)
     walk = walk_to(
@@ -76,7 +76,7 @@ def solve_from(
         time_limit=time_limit,
     )
     if walk.stopped is not None:
-        raise _not_reached(walk.stopped, walk, start, problem, target, stable_only)
+        raise _not_reached(walk.stopped, walk, start, target, stable_only)
     check_limits(walk.last)
     return walk.last
 
@@ -109,12 +109,7 @@ def _doubt(start: Equilibrium, target: Target) -> str:
 
 
 def _not_reached(
-    event: PathEvent,
-    walk: Walk,
-    start: Equilibrium,
-    problem: str,
-    target: Target,
-    stable_only: bool,
+    event: PathEvent, walk: Walk, start: Equilibrium, target: Target, stable_only: bool
 ) -> NotReached:
     """The error of a walk that was stopped."""
     if walk.violation is not None:
@@ -124,10 +119,10 @@ def _not_reached(
     motors = ", ".join(f"{value:.4g}" for value in walk.last.motors)
     position = ", ".join(f"{value:.4g}" for value in walk.last.platform_position)
     text = (
-        f"{problem}: not reached from the start, {event.message}: its branch could be followed over "
-        f"{100.0 * event.fraction:.2f} % of the way, to motors ({motors}) "
+        f"{target.problem}: not reached from the start, {event.message}: its branch could be "
+        f"followed over {100.0 * event.fraction:.2f} % of the way, to motors ({motors}) "
         f"and platform position ({position})"
     )
     doubt = _doubt(start, target)
     text += f"; {doubt}" if doubt else ""
-    return refusal_of(event, text, walk.last, problem, stable_only)
+    return refusal_of(event, text, walk.last, target.problem, stable_only)

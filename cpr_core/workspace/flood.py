@@ -20,7 +20,7 @@ from ..model.configurations import SAME_EQUILIBRIUM, configuration_distance, con
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.continuation import Walk
-from ..solving.not_reached import NoForwardSolution, NoInverseSolution
+from ..solving.not_reached import NoForwardSolution, NoInverseSolution, NotReached
 from ..solving.objectives import objective_of
 from ..solving.redundant_walk import walk_to
 from .batch_kernel import Analyses, Arrivals, Ways
@@ -158,7 +158,7 @@ class Flood:
     def _is_found_again(self, start: Equilibrium, cell: int) -> bool:
         """Whether a walk leads to a cell as the map has it."""
         walk = self._walk_to_cell(start, cell)
-        return walk.stopped is None and self._is_as_found(cell, walk.last)
+        return walk.arrived and self._is_as_found(cell, walk.last)
 
     def _is_as_found(self, cell: int, last: Equilibrium) -> bool:
         """Whether a walk to a cell ended at the equilibrium that the map has there."""
@@ -170,27 +170,24 @@ class Flood:
         start = replace(self.start, robot=self.free)
         place = place_of(start, self.grid)
         tried = first_cells(self.grid, place)
-        walk, cell = None, -1
         for cell in tried:
             walk = self._walk_to_cell(start, cell)
-            if walk.stopped is None:
-                break
-        assert walk is not None
-        if walk.stopped is not None:
-            self._refuse(walk, len(tried))
-        self._accept_walk(cell, walk.last)
+            if walk.arrived:
+                self._accept_walk(cell, walk.last)
+                return
+        raise self._none_reached(walk, len(tried))
 
-    def _refuse(self, walk: Walk, tried: int) -> None:
-        event = walk.stopped
-        assert event is not None
+    def _none_reached(self, last_walk: Walk, tried: int) -> NotReached:
+        """The error of a start from which no cell that was tried is reached."""
+        event = last_walk.events[-1]
         failure = NoForwardSolution if self.grid.given == "motors" else NoInverseSolution
         held = held_elsewhere(self.start, self.grid)
-        raise failure(
+        return failure(
             f"start: none of {tried} cells of the grid is reached from it, the last because "
             f"{event.message} at {100.0 * event.fraction:.1f} % of the way; give a start nearer to "
             f"the grid, or move the grid{held and '; '}{held}",
             event.fraction,
-            walk.last,
+            last_walk.last,
             event,
         )
 
@@ -302,7 +299,7 @@ class Flood:
         """Let the general walk decide where only the sign of the problem stands against a step."""
         start = equilibrium_of(self.free, self.loads, self.cells, source)
         walk = self._walk_to_cell(start, target)
-        if walk.stopped is not None:
+        if not walk.arrived:
             return
         self.cells.edge_fraction[source, column] = 1.0
         if self.cells.order[target] < 0:

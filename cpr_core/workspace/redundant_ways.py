@@ -65,7 +65,7 @@ class RedundantWays:
             target = target_at(problem, coordinates, start)
             walk = walk_to(start, target, self.loads, objective=self.objective)
             ends.append(walk.last)
-            status.append(ARRIVED if walk.stopped is None else BLOCKED)
+            status.append(ARRIVED if walk.arrived else BLOCKED)
             fractions.append(1.0 if walk.stopped is None else walk.stopped.fraction)
         count, size = len(ends), cells.state.shape[1]
         signs = [signs_row(end, 0) for end in ends]  # walks need no sign to stay on their branch
