@@ -40,10 +40,8 @@ __all__ = [
 ]
 
 
-#: Machine code of ``continue_equilibria``, ``newton_step`` and ``linearise`` by the types of robots.
-_continuing: dict[int, Callable[..., int]] = {}
-_stepping: dict[int, Callable[..., bool]] = {}
-_linearising: dict[int, Callable[..., tuple[bool, bool]]] = {}
+#: Machine code by types of robots and kernels.
+_machine_code: dict[int, dict[Any, Callable[..., Any]]] = {}
 #: Bytes that are enough for the parts, as a rule.
 _SIZE = 1 << 15
 
@@ -67,9 +65,19 @@ class PreparedRobot(Borrowed):
             memory = np.empty(size, np.uint8)
             _write(memory, parts)
         super().__init__(parts, memory)
-        self.continued = _continuing.get(self.kind)
-        self.stepped = _stepping.get(self.kind)
-        self.linearised = _linearising.get(self.kind)
+        self._machine_code = _machine_code.setdefault(self.kind, {})
+
+    def code_of(self, kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+        """Machine code of a kernel, whose types are looked at once for robots of the same types.
+
+        Args:
+            kernel: The kernel; it takes this robot first.
+            arguments: What it takes behind it.
+        """
+        code = self._machine_code.get(kernel)
+        if code is None:
+            code = self._machine_code[kernel] = entry_point(kernel, self, *arguments)
+        return code
 
 
 @kernel
@@ -98,44 +106,21 @@ def evaluate_record(prepared, loads, record):
 
 
 def continue_prepared(
-    prepared: PreparedRobot,
-    loads: Any,
-    problem: int,
-    given: Any,
-    mode: int,
-    residual: float,
-    iterations: int,
-    contraction: float,
-    *records: Any,
+    prepared: PreparedRobot, loads: Any, problem: int, given: Any, *others: Any
 ) -> int:
-    """``continue_equilibria``, whose types are looked at once for robots of the same types."""
-    given = np.ascontiguousarray(given, float)
-    arguments = (loads, problem, given, mode, residual, iterations, contraction, *records)
-    continued = prepared.continued
-    if continued is None:
-        continued = entry_point(continue_equilibria, prepared, *arguments)
-        prepared.continued = _continuing[prepared.kind] = continued
-    return continued(prepared, *arguments)
+    """``continue_equilibria``; what is given need not be in one piece."""
+    arguments = (loads, problem, np.ascontiguousarray(given, float), *others)
+    return prepared.code_of(continue_equilibria, arguments)(prepared, *arguments)
 
 
-def newton_step_prepared(
-    prepared: PreparedRobot, loads: Any, problem: int, start: Any, result: Any
-) -> bool:
-    """``newton_step``, whose types are looked at once for robots of the same types."""
-    stepped = prepared.stepped
-    if stepped is None:
-        stepped = entry_point(newton_step, prepared, loads, problem, start, result)
-        prepared.stepped = _stepping[prepared.kind] = stepped
-    return stepped(prepared, loads, problem, start, result)
+def newton_step_prepared(prepared: PreparedRobot, *arguments: Any) -> bool:
+    """``newton_step``."""
+    return prepared.code_of(newton_step, arguments)(prepared, *arguments)
 
 
 def linearise_prepared(prepared: PreparedRobot, *arguments: Any) -> tuple[bool, bool]:
-    """``linearise``, whose types are looked at once for robots of the same types."""
-    linearised = prepared.linearised
-    if linearised is None:
-        linearised = entry_point(linearise, prepared, *arguments)
-        prepared.linearised = _linearising[prepared.kind] = linearised
-    return linearised(prepared, *arguments)
+    """``linearise``."""
+    return prepared.code_of(linearise, arguments)(prepared, *arguments)
 
 
 @kernel
