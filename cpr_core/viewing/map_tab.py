@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import CprError
-from ..model.robot import Robot, kept_with_robot
 from ..workspace.stored_values import robot_as_json
 from .controls import Do
 from .handled_robot import HandledRobot
@@ -114,15 +113,10 @@ class MapTab:
             go_to_cell(handled, self._layer.found, cell)
 
 
-@kept_with_robot
-def _content(robot: Robot) -> str:
-    """A robot as text: chosen again, its modes make another one of the same content."""
-    return robot_as_json(robot)
-
-
 def _other(handled: HandledRobot, layer: MapLayer) -> str:
     """What a map has that the robot has not now, in words; empty: nothing."""
-    if _content(layer.found.robot) != _content(handled.robot):
+    # Chosen again, its modes make another robot of the same content.
+    if robot_as_json(layer.found.robot) != robot_as_json(handled.robot):
         return "strain modes"
     other = layer.found.loads.differences(handled.equilibrium.loads)
     return "loads than act now" if other else ""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..description.motors import Drive
-from ..model.robot import Robot
+from ..model.robot import Robot, kept_with_robot
 
 __all__ = ["as_json", "is_robot", "is_same", "robot_as_json"]
 
@@ -31,6 +31,7 @@ def as_json(value: Any) -> str:
     return json.dumps(_plain(value))
 
 
+@kept_with_robot
 def robot_as_json(robot: Robot) -> str:
     """A robot as text, the same wherever its description came from."""
     described = _plain(robot.description)
