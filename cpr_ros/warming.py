@@ -11,16 +11,10 @@ from collections.abc import Iterator
 from builtin_interfaces.msg import Time
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 
-from cpr_core import (
-    estimate_wrench,
-    leg_shapes,
-    solve_forward,
-    solve_forward_by_effort,
-    solve_inverse,
-)
+from cpr_core import estimate_wrench, solve_forward, solve_forward_by_effort, solve_inverse
+from cpr_core.drawing.robot_lines import equilibrium_lines
 
 from .messages.conversions import Frames, fill_equilibrium
-from .messages.leg_markers import POINTS
 from .messages.stability_stream import Moment, StabilityStream
 from .operation.session import Session
 
@@ -51,5 +45,5 @@ def warm_up(session: Session, frames: Frames) -> Iterator[str]:
     )
     yield "stability and kinemato-statics"
     estimate_wrench(robot, home.motors, efforts=home.efforts, effort_deviation=1.0, start=home)
-    leg_shapes(home, POINTS)
+    equilibrium_lines(home)
     yield "shapes"

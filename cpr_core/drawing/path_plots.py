@@ -22,6 +22,8 @@ __all__ = ["new_figure", "plot_equilibria", "plot_trace", "save_figure"]
 #: Colours that the colour-blind tell apart (Okabe and Ito).
 _BLUE, _ORANGE, _GREEN, _RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 _GREY, _BLACK = "#999999", "#000000"
+#: Equilibria that are drawn at most, those of lowest energy.
+_MOST_DRAWN = 24
 _MARKS = {
     "fold": ("v", _RED),
     "bifurcation": ("D", _RED),
@@ -73,15 +75,14 @@ def plot_trace(found: Trace, file: Path) -> None:
     save_figure(figure, file)
 
 
-def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path, most: int = 24) -> None:
+def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path) -> None:
     """Draw equilibria in a row of pictures by energy; stable ones in blue, in boxes of their own.
 
     Args:
         found: The equilibria, by energy; at least one.
         file: Picture to write; its ending tells the format.
-        most: Draw at most so many, those of lowest energy.
     """
-    shown = sorted(found, key=lambda entry: not entry.stable)[:most]
+    shown = sorted(found, key=lambda entry: not entry.stable)[:_MOST_DRAWN]
     columns = min(6, len(shown))
     rows = -(-len(shown) // columns)
     figure = new_figure((3.0 * columns, 3.2 * rows + 0.6))

@@ -17,6 +17,7 @@ from ..model.robot import Robot, kept_with_robot
 from ..model.shape import LegShape, leg_shapes
 
 __all__ = [
+    "POINTS",
     "RobotLines",
     "bending_curvature",
     "equilibrium_lines",
@@ -27,6 +28,9 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
+
+#: Points along a rod.
+POINTS = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +54,9 @@ class RobotLines:
     platform: Floats
 
 
-def equilibrium_lines(equilibrium: Equilibrium, points: int = 24) -> RobotLines:
-    """An equilibrium as lines.
-
-    Args:
-        equilibrium: What to draw.
-        points: Points of a rod.
-    """
-    return robot_lines(equilibrium.robot, leg_shapes(equilibrium, points))
+def equilibrium_lines(equilibrium: Equilibrium) -> RobotLines:
+    """An equilibrium as lines."""
+    return robot_lines(equilibrium.robot, leg_shapes(equilibrium, POINTS))
 
 
 def robot_lines(robot: Robot, shapes: Sequence[LegShape]) -> RobotLines:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.loads import Loads
-from ..drawing.robot_lines import RobotLines, platform_outline, robot_lines
+from ..drawing.robot_lines import POINTS, RobotLines, platform_outline, robot_lines
 from ..model.equilibrium import Equilibrium
 from ..model.shape import Pose, state_shapes
 
@@ -50,7 +50,7 @@ class Refused:
     asked: Asked | None = None
 
 
-def ghost_lines(equilibrium: Equilibrium, asked: Asked, points: int = 24) -> RobotLines:
+def ghost_lines(equilibrium: Equilibrium, asked: Asked) -> RobotLines:
     """What can be drawn of a request without an equilibrium.
 
     The legs are as bent as they are now, with the motors where they were to be; the platform is where it
@@ -59,7 +59,6 @@ def ghost_lines(equilibrium: Equilibrium, asked: Asked, points: int = 24) -> Rob
     Args:
         equilibrium: The last good one.
         asked: The request.
-        points: Points of a rod.
     """
     robot, state = equilibrium.robot, equilibrium.state.copy()
     platform = Pose(equilibrium.platform_rotation, equilibrium.platform_position)
@@ -67,7 +66,7 @@ def ghost_lines(equilibrium: Equilibrium, asked: Asked, points: int = 24) -> Rob
         state[robot.motor_indices] = asked.motors
     if asked.platform is not None:
         platform = asked.platform
-    lines = robot_lines(robot, state_shapes(robot, state, points))
+    lines = robot_lines(robot, state_shapes(robot, state, POINTS))
     holds = np.array([leg.joint.position for leg in robot.description.legs])
     corners = platform.position + holds @ platform.rotation.T
     moved = () if asked.motors is None else lines.legs

@@ -24,10 +24,11 @@ from std_msgs.msg import Float64MultiArray, String
 from visualization_msgs.msg import MarkerArray
 
 from cpr_core import CprError, Equilibrium, solve_home
+from cpr_core.drawing.robot_lines import equilibrium_lines
 
 from ..messages.command_message import CommandMessage
 from ..messages.conversions import joint_state, platform_pose
-from ..messages.leg_markers import leg_markers, leg_width, marked_lines
+from ..messages.leg_markers import leg_markers, leg_width
 from ..messages.motor_messages import measured_motors
 from ..messages.platform_messages import measurement_delay
 from ..messages.stability_stream import Moment, StabilityStream
@@ -279,7 +280,7 @@ class Outputs:
     def _tell_markers(self, session: Session, now: float) -> Work:
         """Legs for rviz."""
         outcome, stamp, by = session.present.outcome, self._stamp(), self._parameters.marker_color
-        lines = marked_lines(outcome)
+        lines = equilibrium_lines(outcome.assessment.equilibrium)
         yield
         frames = self._transforms.frames
         width = leg_width(session.robot)

@@ -15,16 +15,13 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from cpr_core import Robot
-from cpr_core.drawing.robot_lines import RobotLines, equilibrium_lines
+from cpr_core.drawing.robot_lines import RobotLines
 
-from ..following.outcome import Outcome
 from ..following.supervision import Action
 from .conversions import Frames
 
-__all__ = ["POINTS", "leg_markers", "leg_width", "marked_lines"]
+__all__ = ["leg_markers", "leg_width"]
 
-#: Points along a leg.
-POINTS = 24
 #: Width of a leg in mean rod lengths of the robot, whatever its size.
 _WIDTH = 0.008
 _DARK, _LIGHT = (ColorRGBA(r=tone, g=tone, b=tone, a=1.0) for tone in (0.2, 0.85))
@@ -33,11 +30,6 @@ _ACTION_COLORS = {
     Action.SLOW: (0.95, 0.7, 0.1),
     Action.HALT: (0.85, 0.1, 0.1),
 }
-
-
-def marked_lines(outcome: Outcome) -> RobotLines:
-    """The robot after a tick, as finely as markers show it."""
-    return equilibrium_lines(outcome.assessment.equilibrium, POINTS)
 
 
 def leg_width(robot: Robot) -> float:
@@ -51,7 +43,7 @@ def leg_markers(
     """A line for every leg and one for the platform; links as thicker lines, joints as spheres.
 
     Args:
-        lines: Of :func:`marked_lines`.
+        lines: The robot.
         width: Of a leg [m], :func:`leg_width`; links are twice, joints three times as thick.
         action: What is asked for.
         by: ``strain``: every point by its bending curvature, from blue (straight) to red (the largest

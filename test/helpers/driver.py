@@ -149,24 +149,24 @@ class Driver:
             timeout,
         )
 
-    def until_state(self, state: int, timeout: float = TIMEOUT) -> None:
+    def until_state(self, state: int) -> None:
         """Wait until the stream tells a state, and for where the robot is then.
 
         Topics come on their own: on a busy machine poses may be read a while after the metrics of then.
         """
-        self.until(lambda: self.metrics.state == state, timeout)
+        self.until(lambda: self.metrics.state == state)
         self.catch_up(
             next(metrics for metrics in self.all(StabilityMetrics) if metrics.state == state)
         )
 
-    def catch_up(self, told: StabilityMetrics, timeout: float = TIMEOUT) -> None:
+    def catch_up(self, told: StabilityMetrics) -> None:
         """Wait for where the robot was when something was told, or after it."""
         self.client.spin_until(
             lambda: all(
                 self.all(kind) and _stamp(self.all(kind)[-1]) >= _stamp(told)
                 for kind in (JointState, PoseStamped)
             ),
-            timeout,
+            TIMEOUT,
         )
 
     def until_commands_rest(self) -> None:

@@ -67,8 +67,8 @@ class Follower(Drive):
         self.trajectories.after_tick(outcome, self.now)
         return outcome
 
-    def until_ended(self, endings, ticks=4000):
-        for _ in range(ticks):
+    def until_ended(self, endings):
+        for _ in range(4000):
             if endings:
                 return endings[0]
             self.tick()

@@ -5,12 +5,14 @@
 
 from builtin_interfaces.msg import Time
 
+from cpr_core.drawing.robot_lines import equilibrium_lines
 from cpr_ros.messages.conversions import Frames
-from cpr_ros.messages.leg_markers import leg_markers, leg_width, marked_lines
+from cpr_ros.messages.leg_markers import leg_markers, leg_width
 
 
 def markers_of(outcome, by):
     """As the node publishes them, in frames ``base`` and ``platform``."""
     frames = Frames("base", "platform")
     width = leg_width(outcome.assessment.equilibrium.robot)
-    return leg_markers(marked_lines(outcome), width, outcome.verdict.action, by, frames, Time())
+    lines = equilibrium_lines(outcome.assessment.equilibrium)
+    return leg_markers(lines, width, outcome.verdict.action, by, frames, Time())

@@ -20,6 +20,6 @@ def numbers(row, *keys):
     return np.array([row[key] for key in keys])
 
 
-def straight_path(rows, keys, count=50):
+def straight_path(rows, keys):
     first, last = numbers(rows[0], *keys), numbers(rows[-1], *keys)
-    return [first + (last - first) * t / count for t in range(count + 1)]
+    return [first + (last - first) * t / 50 for t in range(51)]
