@@ -193,10 +193,10 @@ class Equilibrium(ModelState):
 
         From the condensed legs, or from the whole tangent where one cannot be condensed.
         """
-        found = self.linearisation.response
-        return (
-            self.dense_response.of_platform(self.robot.platform_indices) if found is None else found
-        )
+        condensed = self.linearisation.response
+        if condensed is not None:
+            return condensed
+        return self.dense_response.of_platform(self.robot.platform_indices)
 
     @cached_property
     def dense_response(self) -> DenseResponse:
@@ -247,8 +247,8 @@ class Equilibrium(ModelState):
 
         Smallest eigenvalue of H_r relative to the elastic stiffness, dimensionless.
         """
-        found = self._linearised.condensed_margin
-        return self.spectrum_locked.margin if math.isnan(found) else found
+        condensed = self._linearised.condensed_margin
+        return self.spectrum_locked.margin if math.isnan(condensed) else condensed
 
 
 def new_record(robot: Robot, count: int | None = None) -> Floats:
@@ -322,7 +322,7 @@ def corrected(
     size, motors = robot.state_size, robot.motor_count
     records, kept = record[None].copy(), kept_factors(robot.arrays)
     given = record[None, size - motors : size].copy()
-    found = continue_prepared(
+    converged = continue_prepared(
         robot.prepared,
         load_arrays,
         PROBLEMS["motors"],
@@ -334,10 +334,10 @@ def corrected(
         records,
         kept,
     )
-    if not found:
+    if not converged:
         records[0, size + RESIDUAL] = np.inf
         records[0, size + SIGNS : size + EFFORT] = 0.0
-    return Equilibrium(robot, loads, load_arrays, records[0], kept if found else None)
+    return Equilibrium(robot, loads, load_arrays, records[0], kept if converged else None)
 
 
 def evaluated_again(equilibrium: Equilibrium) -> Equilibrium:
@@ -362,8 +362,8 @@ def described(
 ) -> Equilibrium:
     """An equilibrium of which the state, (N,), and the platform's pose are known."""
     record = record_of(robot, state, rotation, position)
-    found = corrected(robot, loads, load_arrays, record, _AS_IT_IS)
-    return found if found.iterations == iterations else found.with_iterations(iterations)
+    solution = corrected(robot, loads, load_arrays, record, _AS_IT_IS)
+    return solution if solution.iterations == iterations else solution.with_iterations(iterations)
 
 
 def check_equilibrium(value: object) -> None:

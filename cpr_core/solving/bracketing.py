@@ -54,25 +54,25 @@ def along(path: Path, point: Point, tangent: Tangent, arc: float) -> Point | Non
 
     Also where it turns back and forth in between: then it comes less far than at the rate of either end.
     """
-    found = path.along(point, tangent, arc)
-    if found is None:
+    reached = path.along(point, tangent, arc)
+    if reached is None:
         return None
-    onward = path.tangent(found, tangent)
+    onward = path.tangent(reached, tangent)
     if tangent.cosine(onward) < STRAIGHT:
         return None
     least = arc * min(tangent.fraction, onward.fraction, key=abs)
-    moved = math.copysign(1.0, least) * (found.fraction - point.fraction)
+    moved = math.copysign(1.0, least) * (reached.fraction - point.fraction)
     if tangent.fraction * onward.fraction > 0.0 and moved < _STEADY * abs(least) - _ROUNDED:
         return None
-    return replace(found, tangent=onward)
+    return replace(reached, tangent=onward)
 
 
 def landing(path: Path, point: Point, tangent: Tangent, arc: float, end: float) -> float | None:
     """Arc length, up to the given one, at which the branch is at a fraction; None if it is not found."""
 
     def beyond(arc_length: float) -> float:
-        found = path.along(point, tangent, arc_length) if arc_length > 0.0 else point
-        return np.nan if found is None else found.fraction - end
+        ahead = path.along(point, tangent, arc_length) if arc_length > 0.0 else point
+        return np.nan if ahead is None else ahead.fraction - end
 
     try:
         return float(scipy.optimize.brentq(beyond, 0.0, arc, xtol=1e-13))
@@ -174,32 +174,32 @@ def _narrowed(
     value = _signed(low, high)
     if value is None:
         return low, high, first, last
-    found = {first: low, last: high}
+    known = {first: low, last: high}
 
     def at(place: float) -> float:
-        if place not in found:
+        if place not in known:
             near = max(
-                before for before in found if before < place and not differ(low, found[before])
+                before for before in known if before < place and not differ(low, known[before])
             )
-            point = find(found[near], place)
+            point = find(known[near], place)
             if point is None:
                 raise _Lost
-            found[place] = point
-        return value(found[place])
+            known[place] = point
+        return value(known[place])
 
-    # Other things may happen on the way, or the value jump: what was found is looked at in order.
+    # Other things may happen on the way, or the value jump: what is known is looked at in order.
     with suppress(_Lost, RuntimeError):
         root = scipy.optimize.brentq(at, first, last, xtol=0.1 * LOCATION)
         # The way back begins before the event: not where rounding decides on which side of it.
         for place in (root - _BESIDE, root + _BESIDE):
             at(min(last, max(first, place)))
-        for place in [each for each in found if abs(each - root) < 0.9 * _BESIDE]:
+        for place in [each for each in known if abs(each - root) < 0.9 * _BESIDE]:
             if place not in (first, last):
-                del found[place]
-    places = sorted(found)
-    number = next(k for k, place in enumerate(places) if differ(low, found[place]))
+                del known[place]
+    places = sorted(known)
+    number = next(k for k, place in enumerate(places) if differ(low, known[place]))
     first, last = places[number - 1], places[number]
-    return found[first], found[last], first, last
+    return known[first], known[last], first, last
 
 
 class _Lost(Exception):

@@ -39,22 +39,22 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
     length = target.distance(start) / LONGEST_STEP if watched and not by_effort else 0.0
     if length > ALONE:
         return None
-    found = stepped(
+    end = stepped(
         start, robot, start.loads, start.load_arrays, target.problem, target.given(start), WATCHED
     )
-    if found is None or (robot.limited and not _within_limits(start, found)):
+    if end is None or (robot.limited and not _within_limits(start, end)):
         return None
     if watched and by_effort:  # near in what the motors do: a column hardly moves by large efforts
         length = float(apart(robot, "motors", start.motors, found.motors)) / LONGEST_STEP
         return found if length <= ALONE else None
     if stable_only and pose:
-        before, after = firm_margin(start), firm_margin(found)
+        before, after = firm_margin(start), firm_margin(end)
         if may_hide_in_one_step(before, after, length):
             return None
-    return found
+    return end
 
 
-def _within_limits(start: Equilibrium, found: Equilibrium) -> bool:
+def _within_limits(start: Equilibrium, end: Equilibrium) -> bool:
     """Whether limits hold at the end of a step, and did all along."""
-    after = margins(found)
-    return not violated(found.robot, after) and not grazes(margins(start), after)
+    after = margins(end)
+    return not violated(end.robot, after) and not grazes(margins(start), after)

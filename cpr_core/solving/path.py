@@ -148,7 +148,7 @@ class Path:
 
     def begin(self) -> Point:
         """The start as a point of the path."""
-        return self._found(0.0, self.start)
+        return self._point(0.0, self.start)
 
     def at(self, near: Point, fraction: float) -> Point | None:
         """The solution at a fraction, by Newton's method from a point nearby.
@@ -160,13 +160,13 @@ class Path:
             raise OutOfTime
         before, equations = near.equilibrium, self._equations
         loads = equations.loads_between(fraction), equations.loads_at(fraction)
-        given = self._target.given(self.start, fraction, before)
+        imposed = self._target.given(self.start, fraction, before)
         mode = UNPREDICTED if equations.loads_change else FREELY
-        found = stepped(before, self._robot, *loads, self.problem, given, mode)
-        if found is None:
+        solution = stepped(before, self._robot, *loads, self.problem, imposed, mode)
+        if solution is None:
             return None
-        self.iterations += found.iterations
-        return self._found(fraction, found)
+        self.iterations += solution.iterations
+        return self._point(fraction, solution)
 
     @on_one_blas_thread
     def crossing(self, low: Point, high: Point) -> float:
@@ -205,15 +205,15 @@ class Path:
         last[:] = unit if before is None else np.append(before.unknowns, before.fraction)
         curve = bordered[:-1]
         try:
-            found = np.asarray(np.linalg.solve(bordered, unit), np.float64)
-            found /= np.linalg.norm(found)
+            direction = np.asarray(np.linalg.solve(bordered, unit), np.float64)
+            direction /= np.linalg.norm(direction)
         except np.linalg.LinAlgError:
-            found = np.full(len(last), np.nan)
-        if not np.abs(curve @ found).max() < 1e-6 * np.abs(curve).max():
+            direction = np.full(len(last), np.nan)
+        if not np.abs(curve @ direction).max() < 1e-6 * np.abs(curve).max():
             # The last direction is across the curve (exactly on a fold), or two branches cross.
-            found = scipy.linalg.svd(curve)[2][-1]
-            found *= 1.0 if found @ last >= 0.0 else -1.0
-        return Tangent(found[:-1], float(found[-1]))
+            direction = scipy.linalg.svd(curve)[2][-1]
+            direction *= 1.0 if direction @ last >= 0.0 else -1.0
+        return Tangent(direction[:-1], float(direction[-1]))
 
     @on_one_blas_thread
     def along(self, point: Point, tangent: Tangent, arc_length: float) -> Point | None:
@@ -243,8 +243,7 @@ class Path:
                 return None
             if largest < POLISHED or (largest < RESIDUAL_TOLERANCE and polished):
                 asked = equations.loads_between(fraction)
-                found = described(robot, asked, loads, *place, iteration)
-                return self._found(fraction, found)
+                return self._point(fraction, described(robot, asked, loads, *place, iteration))
             polished = largest < RESIDUAL_TOLERANCE
             matrix = equations.matrix(value, place.platform_rotation)
             bordered = _bordered(matrix, equations.rate(value, place, fraction))
@@ -265,7 +264,7 @@ class Path:
             place = equations.moved(place, change[:-1])
         return None
 
-    def _found(self, fraction: float, equilibrium: Equilibrium) -> Point:
+    def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
         """A solution as a point."""
         problem, margin = self.problem, margins(equilibrium)
         index_locked, index_free, inverse_sign = equilibrium.signs
