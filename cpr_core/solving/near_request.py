@@ -45,8 +45,8 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
     if end is None or (robot.limited and not _within_limits(start, end)):
         return None
     if watched and by_effort:  # near in what the motors do: a column hardly moves by large efforts
-        length = float(apart(robot, "motors", start.motors, found.motors)) / LONGEST_STEP
-        return found if length <= ALONE else None
+        length = float(apart(robot, "motors", start.motors, end.motors)) / LONGEST_STEP
+        return end if length <= ALONE else None
     if stable_only and pose:
         before, after = firm_margin(start), firm_margin(end)
         if may_hide_in_one_step(before, after, length):
