@@ -22,8 +22,12 @@ _AT_ONCE = 4096
 
 def map_strains(robot: Robot, states: Floats) -> Floats:
     """Largest bending strain of every rod in states (M, N), (M, R); NaN where there is none."""
-    some = [states[begin : begin + _AT_ONCE] for begin in range(0, len(states), _AT_ONCE)]
-    return np.concatenate([strains_in(robot, few) for few in some or [states]])
+    known = np.flatnonzero(np.isfinite(states).all(axis=1))
+    found = np.full((len(states), len(robot.rod_names)), np.nan)
+    for begin in range(0, len(known), _AT_ONCE):
+        some = known[begin : begin + _AT_ONCE]
+        found[some] = strains_in(robot, states[some])
+    return found
 
 
 def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:

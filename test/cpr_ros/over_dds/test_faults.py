@@ -15,11 +15,12 @@ import pytest
 from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 from cpr_msgs.action import FollowTrajectory, MapWorkspace, MoveTo
-from cpr_msgs.msg import ErrorCode, MapAxis, StabilityMetrics
+from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
 from helpers.driver import Driver, pose_at
 from helpers.goal_client import GoalClient
 from helpers.imported_node import imported_node
+from helpers.map_client import LONG, map_axes
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain, running_node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
@@ -262,11 +263,7 @@ def test_a_callback_of_an_action_that_fails_harms_neither_node_nor_goal(failing,
         fields = {"trajectory": JointTrajectory(joint_names=now.name, points=[late])}
     else:
         goals = GoalClient(client, MapWorkspace, name)
-        axes = [
-            MapAxis(name=axis, first=-0.9, last=0.9, resolution=0.002)  # takes long
-            for axis in "xy"
-        ]
-        fields = {"axes": axes, "file": str(tmp_path / "map.nc")}
+        fields = {"axes": map_axes(LONG), "file": str(tmp_path / "map.nc"), "workers": 1}
 
     def failing_now(does):
         assert client.call(Trigger, "/fail", Trigger.Request()).success

@@ -132,7 +132,7 @@ def test_a_map_begins_where_the_robot_is_and_under_its_loads(drive, maps, tmp_pa
 
 
 def test_the_node_follows_setpoints_and_streams_while_a_map_is_made(drive, maps, tmp_path):
-    handle = maps.send(tmp_path / "map.nc", LONG)
+    handle = maps.send(tmp_path / "map.nc", LONG, workers=1)
     maps.until_done(1)
     maps.until_status(handle, GoalStatus.STATUS_EXECUTING)
     for motors in ([2.65, 0.50], [2.50, 0.70]):
@@ -150,7 +150,7 @@ def test_the_node_follows_setpoints_and_streams_while_a_map_is_made(drive, maps,
 
 
 def test_one_map_at_a_time(drive, maps, tmp_path):
-    first = maps.send(tmp_path / "first.nc", LONG)
+    first = maps.send(tmp_path / "first.nc", LONG, workers=1)
     maps.until_done(1)
     status, result = maps.make(tmp_path / "second.nc")
     assert status == GoalStatus.STATUS_ABORTED
@@ -251,7 +251,7 @@ def test_goals_that_cannot_be_met_say_why(maps, tmp_path, axes, fields, code, te
 
 
 def test_a_process_that_dies_aborts_the_goal(drive, maps, rfrfr, tmp_path):
-    handle = maps.send(tmp_path / "map.nc", LONG)
+    handle = maps.send(tmp_path / "map.nc", LONG, workers=1)
     maps.until_done(1)
     (worker,) = workers_of(rfrfr.process.process.pid)
     os.kill(worker, signal.SIGKILL)
