@@ -54,8 +54,9 @@ class MapProcess:
         with tempfile.TemporaryFile() as stdin, worker_end:
             pickle.dump(order, stdin)
             stdin.seek(0)
+            program = [sys.executable, "-P", "-m", "cpr_ros.maps.map_worker_start"]
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "cpr_ros.maps.map_worker", str(worker_end.fileno())],
+                [*program, str(worker_end.fileno())],
                 stdin=stdin,
                 pass_fds=[worker_end.fileno()],
                 start_new_session=True,

@@ -1,10 +1,10 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The process that makes one map: ``python -m cpr_ros.maps.map_worker FD`` with the order on stdin.
+"""What the process that makes one map does, with the order on stdin.
 
-FD is one end of a connection. States and at last a summary or a failure go out through it. Whatever
-comes in, or its end because the node is gone, ends the map.
+Its argument FD is one end of a connection. States and at last a summary or a failure go out through it.
+Whatever comes in, or its end because the node is gone, ends the map.
 """
 
 from __future__ import annotations
@@ -99,7 +99,3 @@ def _made(
         cancelled=ended.is_set,
     )
     return summary_of(found, order.threshold)
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -3,6 +3,7 @@
 
 """What the process of a map does with its order, without a process."""
 
+import gc
 import io
 import multiprocessing
 import os
@@ -19,7 +20,7 @@ from cpr_core import NoInverseSolution
 from cpr_core.workspace import pose_grid, summary_of
 from cpr_core.workspace.map_files import unfinished_file
 from cpr_core.workspace.store import read_map
-from cpr_ros.maps import map_worker
+from cpr_ros.maps import map_worker, map_worker_start
 from cpr_ros.maps.map_order import MapFailure, MapState
 
 
@@ -95,3 +96,17 @@ def test_an_order_that_nobody_foresaw_is_answered_too(answers, tmp_path, capsys)
     assert isinstance(answer, MapFailure)
     assert answer.kind is AttributeError
     assert f"AttributeError: {answer.message}" in capsys.readouterr().err
+
+
+def test_garbage_is_looked_for_in_what_comes_after_the_imports(monkeypatch):
+    looked, frozen = [], []
+
+    def make(arguments):
+        looked.append((arguments, gc.isenabled(), len(frozen)))
+        return 7
+
+    monkeypatch.setattr(map_worker, "main", make)
+    monkeypatch.setattr(gc, "freeze", lambda: frozen.append(gc.isenabled()))
+    assert map_worker_start.main(["3"]) == 7
+    assert looked == [(["3"], True, 1)]
+    assert frozen == [False]
