@@ -304,19 +304,24 @@ def test_a_signal_in_the_middle_of_motion_ends_the_node_cleanly(tmp_path, how):
         process.process.kill()
 
 
+@pytest.fixture(scope="module")
+def imported():
+    with imported_node() as original:
+        yield original
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_at_any_time_ends_the_node_cleanly(tmp_path, how):
+def test_a_signal_at_any_time_ends_the_node_cleanly(tmp_path, imported, how):
     """From the first line of the log on; before that, a signal ends Python in Python's own way."""
     arguments = ["-p", "robot:=rfrfr"]
-    with imported_node() as imported:
-        for number, delay in enumerate([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8]):
-            log = tmp_path / f"node{number}.log"
-            process = NodeProcess(log, free_domain(), arguments, imported=imported)
-            process.wait_for_log("motors motor1")
-            time.sleep(delay)
-            assert process.stop(how) == 0, process.output()
-            assert "Traceback" not in process.output()
+    for number, delay in enumerate([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8]):
+        log = tmp_path / f"node{number}.log"
+        process = NodeProcess(log, free_domain(), arguments, imported=imported)
+        process.wait_for_log("motors motor1")
+        time.sleep(delay)
+        assert process.stop(how) == 0, process.output()
+        assert "Traceback" not in process.output()
 
 
 def test_a_signal_that_a_library_turns_into_an_error_ends_the_node_cleanly(tmp_path):
