@@ -268,6 +268,7 @@ def test_limits_are_flags_and_have_borders():
         "strain_limit leg2",
     )
     np.testing.assert_array_equal(found.reached, small_map().reached)
+    np.testing.assert_array_equal(np.isnan(found.strains), np.stack([~found.reached] * 2, axis=1))
     for cell in np.flatnonzero(found.reached)[::9].tolist():
         expected = margins(found.equilibrium(cell))
         np.testing.assert_allclose(found.limit_margins[cell], expected, atol=1e-12)
