@@ -19,11 +19,12 @@ from helpers.node_process import Client
 
 #: A map may have to wait for its kernels to be compiled.
 MAP_TIMEOUT = 300.0
-#: Maps of the RFRFR robot: 117 cells; some seconds in one thread; not done before a test is. Of every
-#: map that is ended all cells are written: these are 15 and 94 MB.
+#: Maps of the RFRFR robot: 117 cells; some seconds in one thread; in one thread not done before a test
+#: is; nor on all cores. Of one that is ended all cells are written: of the last three 15, 94 and 377 MB.
 SMALL = {"x": (-0.6, 0.6, 0.1), "y": (-0.1, 0.7, 0.1)}
 MEDIUM = {"x": (-0.9, 0.9, 0.01), "y": (-1.0, 1.0, 0.01)}
 LONG = {"x": (-0.9, 0.9, 0.004), "y": (-1.0, 1.0, 0.004)}
+HUGE = {"x": (-0.9, 0.9, 0.002), "y": (-1.0, 1.0, 0.002)}
 
 
 def map_axes(axes: Mapping[str, tuple[float, float, float]]) -> list[MapAxis]:

@@ -13,7 +13,7 @@ from action_msgs.msg import GoalStatus
 from cpr_msgs.action import MapWorkspace
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from geometry_msgs.msg import WrenchStamped
-from helpers.map_client import LONG, MEDIUM, SMALL, MapClient, lives, workers_of
+from helpers.map_client import HUGE, LONG, MEDIUM, SMALL, MapClient, lives, workers_of
 
 import cpr_core
 from cpr_core import solve_home
@@ -132,7 +132,7 @@ def test_a_map_begins_where_the_robot_is_and_under_its_loads(drive, maps, tmp_pa
 
 
 def test_the_node_follows_setpoints_and_streams_while_a_map_is_made(drive, maps, tmp_path):
-    handle = maps.send(tmp_path / "map.nc", LONG, workers=1)
+    handle = maps.send(tmp_path / "map.nc", HUGE)  # on all cores
     maps.until_done(1)
     maps.until_status(handle, GoalStatus.STATUS_EXECUTING)
     for motors in ([2.65, 0.50], [2.50, 0.70]):
