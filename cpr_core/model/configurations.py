@@ -11,10 +11,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.chain import Turn
 from ..validation import read_only
 from .robot import Robot, kept_with_robot
 
-__all__ = ["SAME_EQUILIBRIUM", "configuration_distance", "configuration_rows", "leg_units"]
+__all__ = [
+    "SAME_EQUILIBRIUM",
+    "configuration_distance",
+    "configuration_rows",
+    "leg_distance",
+    "leg_units",
+]
 
 Floats = NDArray[np.float64]
 
@@ -30,13 +37,38 @@ def configuration_rows(state: Floats, rotation: Floats, position: Floats) -> Flo
 def configuration_distance(robot: Robot, first: Floats, last: Floats) -> Floats:
     """Largest dimensionless difference of configurations, of multipliers and motors too, (...).
 
+    Passive joints without a spring that differ by whole turns are where they were.
+
     Args:
         robot: Their robot.
         first: Configurations, (..., N + 12).
         last: As many.
     """
-    apart: Floats = np.abs((first - last) / _whole_units(robot)).max(axis=-1)
+    return _distance(robot, first, last, _whole_units(robot))
+
+
+def leg_distance(robot: Robot, first: Floats, last: Floats) -> Floats:
+    """The same of leg coordinates and the platform alone."""
+    return _distance(robot, first, last, leg_units(robot))
+
+
+def _distance(robot: Robot, first: Floats, last: Floats, units: Floats) -> Floats:
+    difference, free = first - last, _free_turns(robot)
+    if free:
+        turns = np.round(difference[..., free] / (2.0 * np.pi))
+        difference[..., free] -= 2.0 * np.pi * turns
+    apart: Floats = np.abs(difference / units).max(axis=-1)
     return apart
+
+
+@kept_with_robot
+def _free_turns(robot: Robot) -> list[int]:
+    """State indices of the passive joints that turn and have no spring."""
+    return [
+        index
+        for joint, index in robot.passive_joints
+        if isinstance(joint, Turn) and joint.stiffness == 0.0
+    ]
 
 
 @kept_with_robot

@@ -16,12 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..blas_threads import on_one_blas_thread
-from ..description.chain import Turn
 from ..description.loads import Loads
 from ..kernels.closing_kernel import close_joints
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.square_problem import Tolerances
-from ..model.configurations import SAME_EQUILIBRIUM, leg_units
+from ..model.configurations import SAME_EQUILIBRIUM, leg_distance
 from ..model.equilibrium import Equilibrium, corrected, record_of
 from ..model.model_state import Configuration
 from ..model.robot import Robot, checked_robot
@@ -244,12 +243,9 @@ def _distinct(
 def _groups(robot: Robot, known: Sequence[Equilibrium]) -> list[list[int]]:
     """Numbers of those that are the same equilibrium, by energy; of equal ones the first known first.
 
-    Rounding tells the energies of mirrored equilibria apart, on every computer in another way. Passive
-    joints without a spring that differ by whole turns are where they were.
+    Rounding tells the energies of mirrored equilibria apart, on every computer in another way.
     """
-    units, free = leg_units(robot), _free_turns(robot)
-    whole = 2.0 * np.pi / units[free]
-    places = np.array([found.configuration / units for found in known])
+    places = np.array([found.configuration for found in known])
     energies = np.array([found.energy for found in known])
     near = SAME_EQUILIBRIUM * robot.arrays.energy_unit
     groups: list[list[int]] = []
@@ -258,9 +254,7 @@ def _groups(robot: Robot, known: Sequence[Equilibrium]) -> list[list[int]]:
             if energies[number] - energies[group[0]] > near:
                 groups.append([number])
                 break
-            apart = places[number] - places[group[0]]
-            apart[free] -= whole * np.round(apart[free] / whole)
-            if np.abs(apart).max() < SAME_EQUILIBRIUM:
+            if leg_distance(robot, places[number], places[group[0]]) < SAME_EQUILIBRIUM:
                 group.append(number)
                 break
         else:
@@ -269,12 +263,3 @@ def _groups(robot: Robot, known: Sequence[Equilibrium]) -> list[list[int]]:
     levels = np.cumsum(np.diff(lowest, prepend=lowest[:1]) > near).tolist()
     order = sorted(range(len(groups)), key=lambda index: (levels[index], min(groups[index])))
     return [groups[index] for index in order]
-
-
-def _free_turns(robot: Robot) -> list[int]:
-    """State indices of the passive joints that turn and have no spring."""
-    return [
-        index
-        for joint, index in robot.passive_joints
-        if isinstance(joint, Turn) and joint.stiffness == 0.0
-    ]

@@ -45,3 +45,20 @@ def test_of_legs_neither_multipliers_nor_motors_count(home):
     assert not counts[[*robot.multiplier_indices, *robot.motor_indices]].any()
     assert counts[robot.elastic_indices].all() and counts[robot.state_size :].all()
     assert counts.sum() == len(robot.elastic_indices) + 12
+
+
+@pytest.mark.parametrize(("name", "counts"), [("delta", False), ("three_prs", True)])
+def test_whole_turns_of_passive_joints_count_where_a_spring_is_wound(name, counts):
+    """Maps and the way home of the page took the same place for another equilibrium."""
+    home = solve_home(load_robot(name, modes=3))
+    robot, moved = home.robot, home.configuration.copy()
+    joint, index = robot.passive_joints[0]
+    assert (joint.stiffness > 0.0) == counts
+    moved[index] -= 4.0 * np.pi
+    turned = 4.0 * np.pi / robot.arrays.unit[index] if counts else 0.0
+    rows = np.stack([home.configuration, moved])
+    found = configuration_distance(robot, rows, home.configuration)
+    np.testing.assert_allclose(found, [0.0, turned], rtol=1e-12, atol=1e-12)
+    moved[index] += 1.0
+    short = turned - 1.0 if counts else 1.0
+    assert configuration_distance(robot, home.configuration, moved) == pytest.approx(short)
