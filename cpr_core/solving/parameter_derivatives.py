@@ -55,7 +55,7 @@ class ParameterDerivatives(ReadOnlyArrays):
             ``KinematoStatics.jacobian`` has them.
         motors: Of the motor positions, (n, P) [rad or m].
         efforts: Of the motor efforts, (n, P) [N m or N].
-        margin: Of ``Equilibrium.margin``, (P,).
+        margin: Of ``Equilibrium.margin``, (P,); NaN where there is none.
         smallest_eigenvalue: Of ``Equilibrium.spectrum_locked.smallest``, (P,) [J].
     """
 

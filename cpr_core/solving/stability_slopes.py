@@ -19,7 +19,7 @@ from ..model.model_state import Configuration
 from ..model.nearby_robots import FOURTH_ORDER, Nearby, nearby
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot, kept_with_robot
-from ..model.softest_motion import SizeOfMotion, softest_motion
+from ..model.softest_motion import SizeOfMotion, SoftestMotion, softest_motion
 
 __all__ = ["stability_slopes"]
 
@@ -41,6 +41,8 @@ def stability_slopes(
 ) -> dict[str, Floats]:
     """Derivatives of margin and smallest eigenvalue, (P,) each; (0,) where not wanted.
 
+    Where there is no margin, as some motion costs no elastic energy, it has no derivatives: NaN.
+
     Differences along the straight way ``state + dx``, ``parameter + dp``, which leaves the true one in
     second order only; of what the eigenvector of now makes of K and M there, which is smooth where
     eigenvalues are close together, too.
@@ -51,10 +53,15 @@ def stability_slopes(
         states: Derivatives of the state by them, (N, P), platform rows world twists.
         wanted: Names of quantities.
     """
-    motions = {
-        name: softest_motion(equilibrium, size) for name, size in _SIZES.items() if name in wanted
-    }
-    found = {name: np.zeros(len(parameters) if name in motions else 0) for name in _SIZES}
+    found = {name: np.zeros(len(parameters) if name in wanted else 0) for name in _SIZES}
+    motions = {}
+    for name in _SIZES:
+        if name in wanted:
+            motion = _motion(equilibrium, name)
+            if motion is None:
+                found[name][:] = math.nan
+            else:
+                motions[name] = motion
     if not motions:
         return found
     scales = parameter_scales(equilibrium, parameters).tolist()
@@ -71,11 +78,15 @@ def stability_slopes(
             for robot, change in zip(near.robots, near.changes, strict=True)
         ]
         for name, motion in motions.items():
-            values = [
-                math.nan if motion is None else motion.change(neighbour) for neighbour in beside
-            ]
-            found[name][column] = np.dot(near.weights, values)
+            found[name][column] = np.dot(near.weights, [motion.change(each) for each in beside])
     return found
+
+
+def _motion(equilibrium: Equilibrium, name: str) -> SoftestMotion | None:
+    """That of a quantity; rounding says where there is no margin which motion it would be of."""
+    if name == "margin" and math.isnan(equilibrium.margin):
+        return None
+    return softest_motion(equilibrium, _SIZES[name])
 
 
 def _near(robot: Robot, parameter: Parameter, step: float) -> Nearby:

@@ -12,8 +12,10 @@ from helpers.pendulum import pendulum, with_hanging_links
 from cpr_core import (
     UnstableEquilibrium,
     critical_load,
+    derivatives,
     load_robot,
     restore_equilibrium,
+    solve_forward,
     solve_home,
     solve_inverse,
     trace,
@@ -64,6 +66,18 @@ def test_what_hangs_follows_and_all_else_has_its_margin(start, way):
     assert (alone.margin < 0.0) == (way == 0.95)
     assert alone.spectrum_locked.firm_margin == alone.margin
     assert found.spectrum_locked.firm_margin == pytest.approx(alone.margin, abs=1e-5)
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.05, 0.1])
+def test_where_there_is_no_margin_it_has_no_derivatives(start, moved):
+    """They were anything, by rounding: -0.9 per kg of the platform, say."""
+    motors = solve_home(start.robot).motors + [moved, -moved]
+    paths = ["platform.mass", "rod.young_modulus", "rod.shear_modulus"]
+    found = derivatives(
+        solve_forward(start.robot, motors), paths, of=("margin", "smallest_eigenvalue")
+    )
+    assert np.isnan(found.margin).all()
+    assert np.isfinite(found.smallest_eigenvalue).all()
 
 
 def test_what_stands_on_its_head_has_none():
