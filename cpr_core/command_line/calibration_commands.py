@@ -285,7 +285,13 @@ def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> 
             seed=options.seed,
             progress=progress,
         )
-    write = partial(write_poses, equilibria=found.equilibria, deviations=deviations, loads=loads)
+    write = partial(
+        write_poses,
+        equilibria=found.equilibria,
+        deviations=deviations,
+        loads=loads,
+        home_first=found.home_first,
+    )
     problems = written(write, options.out)
     if options.json:
         return Answer(json.dumps(_poses_as_dict(found), indent=2, allow_nan=False), True, problems)
@@ -299,6 +305,7 @@ def _poses_as_dict(found: ProposedPoses) -> dict[str, Any]:
         "robot": robot.description.name,
         "motor_names": list(robot.motor_names),
         "motors": [each.motors.tolist() for each in found.equilibria],
+        "home_first": list(found.home_first),
         "platform_positions": [each.platform_position.tolist() for each in found.equilibria],
         "platform_quaternions_wxyz": [
             each.platform_quaternion.tolist() for each in found.equilibria
@@ -318,7 +325,9 @@ def _poses_as_text(found: ProposedPoses) -> str:
     """The same for people."""
     robot = found.equilibria[0].robot
     lines = [f"{robot.description.name}: {len(found.equilibria)} poses", f"  {robot.motor_list}"]
-    lines += ["  " + " ".join(f"{value:9.5f}" for value in e.motors) for e in found.equilibria]
+    for equilibrium, by_home in zip(found.equilibria, found.home_first, strict=True):
+        line = " ".join(f"{value:9.5f}" for value in equilibrium.motors)
+        lines.append(f"  {line}" + "  back home first" * by_home)
     lines.append("  standard deviations after them, and after as many random ones:")
     each = zip(found.parameters, found.standard_deviations, found.random, strict=True)
     lines += [f"  {path:<24} {own:10.3g} {other:10.3g}" for path, own, other in each]

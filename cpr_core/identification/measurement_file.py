@@ -191,6 +191,7 @@ def write_poses(
     deviations: StandardDeviations | None = None,
     *,
     loads: Loads | None = None,
+    home_first: Sequence[bool] = (),
 ) -> None:
     """Write motors, wrench and expected poses: to be measured, and replaced by what is.
 
@@ -202,11 +203,18 @@ def write_poses(
         equilibria: What to go to, of one robot.
         deviations: Of what will be measured: poses without one are left out; default all are written.
         loads: What acts beside their wrenches; default what the description names.
+        home_first: Before which the robot has to go home, as of ``ProposedPoses``: a line that begins
+            with ``#`` says so above them; default none.
 
     Raises:
-        InvalidRequest: No equilibria, or of several robots; other loads; or the file cannot be written.
+        InvalidRequest: No equilibria, or of several robots; other loads; ``home_first`` of other poses;
+            or the file cannot be written.
     """
     robot = _checked_poses(equilibria, loads)
+    by_homes = list(home_first) or [False] * len(equilibria)
+    if len(by_homes) != len(equilibria):
+        problem = f"expected one for each of {len(equilibria)} equilibria, got {len(by_homes)}"
+        raise InvalidRequest("home_first", problem)
     # No wrench is told too where the description has one: a row without cells stands for that.
     acting = [robot.default_loads, *(equilibrium.loads for equilibrium in equilibria)]
     loaded = any(loads.wrench_world.any() for loads in acting)
@@ -221,7 +229,9 @@ def write_poses(
         with Path(file).open("w", newline="", encoding="utf-8") as opened:
             writer = csv.writer(opened)
             writer.writerow(header)
-            for equilibrium in equilibria:
+            for equilibrium, by_home in zip(equilibria, by_homes, strict=True):
+                if by_home:
+                    opened.write("# back home first\r\n")
                 values = _values(equilibrium)
                 writer.writerow([f"{values[name]:.12g}" for name in header])
     except OSError as error:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from ..description.loads import Loads
 from ..description.parameters import checked_paths
 from ..errors import InvalidRequest
 from ..lie import quaternion_from_rotation
+from ..model.configurations import SAME_EQUILIBRIUM, configuration_distance
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
 from ..solving.geometrico_statics import solve_forward
@@ -47,6 +49,8 @@ _BEFORE = 1e-9
 _CHOICES = 100
 #: Times that all poses are looked at again for better ones.
 _ROUNDS = 10
+#: Of the nearest poses that are left so many are tried to go to straight, before the way goes by home.
+_TRIED = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +59,8 @@ class ProposedPoses(ReadOnlyArrays):
 
     Attributes:
         equilibria: Where to go, in an order in which motors move little.
+        home_first: For each whether the robot has to go back home before it: straight from the one
+            before it would be stopped on the way, lose stability, or come to another equilibrium.
         parameters: Paths of the parameters to be found, P.
         standard_deviations: Of the parameters after these measurements, (P,), in SI units; infinite
             where they do not tell.
@@ -64,6 +70,7 @@ class ProposedPoses(ReadOnlyArrays):
     """
 
     equilibria: tuple[Equilibrium, ...]
+    home_first: tuple[bool, ...]
     parameters: tuple[str, ...]
     standard_deviations: Floats
     random: Floats
@@ -134,9 +141,10 @@ def propose_poses(
     ]
     known = _told(rates[chosen], sizes)
     after = _deviations(known) * scales
-    order = _short_way([candidates[number] for number in chosen])
+    order, home_first = _short_way([candidates[number] for number in chosen])
     return ProposedPoses(
-        tuple(order),
+        order,
+        home_first,
         paths,
         after,
         np.median(several, axis=0) * scales,
@@ -258,13 +266,36 @@ def _deviations(known: Knowledge) -> Floats:
     return np.asarray(np.sqrt(np.diag(known.covariance())))
 
 
-def _short_way(equilibria: Sequence[Equilibrium]) -> list[Equilibrium]:
-    """The same from home on, each time to the nearest that is left."""
-    left, found, robot = list(equilibria), [], equilibria[0].robot
-    at = solve_home(robot).motors
+def _short_way(
+    equilibria: Sequence[Equilibrium],
+) -> tuple[tuple[Equilibrium, ...], tuple[bool, ...]]:
+    """The same from home on, each time to a near one that is left, and which of them by way of home."""
+    home = solve_home(equilibria[0].robot)
+    left, found, home_first, at = list(equilibria), [], [], home
     while left:
-        ways = [np.abs(other.motors - at) / robot.motor_units for other in left]
-        distances = [float(way.max()) for way in ways]
-        found.append(left.pop(int(np.argmin(distances))))
-        at = found[-1].motors
-    return found
+        left.sort(key=lambda other: _way(at, other))
+        ahead = left[0] if at is home else next(filter(partial(_leads, at), left[:_TRIED]), None)
+        home_first.append(ahead is None)
+        if ahead is None:
+            ahead = min(left, key=lambda other: _way(home, other))
+        left.remove(ahead)
+        found.append(ahead)
+        at = ahead
+    return tuple(found), tuple(home_first)
+
+
+def _way(first: Equilibrium, last: Equilibrium) -> float:
+    """How far motors move, in their units."""
+    return float((np.abs(last.motors - first.motors) / first.robot.motor_units).max())
+
+
+def _leads(first: Equilibrium, last: Equilibrium) -> bool:
+    """Whether the straight way from one to the other is stable and ends there."""
+    try:
+        reached = solve_forward(
+            first.robot, last.motors, start=first, loads=last.loads, stable_only=True
+        )
+    except NotReached:
+        return False
+    apart = configuration_distance(first.robot, reached.configuration, last.configuration)
+    return bool(apart < SAME_EQUILIBRIUM)

@@ -406,6 +406,17 @@ def test_options_with_several_values_may_be_given_several_times(capsys):
     assert (told["robot"], told["motor_names"]) == ("rfrfr", ["motor1", "motor2"])
 
 
+def test_before_which_pose_the_robot_has_to_go_home_is_told(capsys, tmp_path):
+    file, asked = tmp_path / "poses.csv", ("--parameters", "legs[0].tip.position[0]")
+    common = ("measure", "six_rus", "--count", 6, "--reach", 0.8, "--deviations", DEVIATION, *asked)
+    home_first = json.loads(run(capsys, *common, "--json")[1])["home_first"]
+    status, text, _ = run(capsys, *common, "--out", file)
+    assert status == 0 and len(home_first) == 6
+    rows = text.splitlines()[2:8]
+    assert [row.endswith("back home first") for row in rows] == home_first
+    assert file.read_text().count("# back home first") == sum(home_first) > 0
+
+
 def test_the_zero_of_a_motor_that_moves_two_legs_is_one_parameter(capsys, tmp_path):
     data, out = tmp_path / "data.csv", tmp_path / "new.yaml"
     cranks = [f"legs[{leg},{leg + 1}].chain[0].offset" for leg in (0, 2, 4)]

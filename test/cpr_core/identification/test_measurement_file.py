@@ -191,3 +191,15 @@ def test_names_of_motors_are_read_as_they_are_written(tmp_path, names):
     write_poses(tmp_path / "poses.csv", [home])
     (row,) = read_measurements(home.robot, tmp_path / "poses.csv")
     assert row.motors == pytest.approx(home.motors, abs=1e-8)
+
+
+def test_before_which_pose_to_go_home_is_said_between_the_rows(tmp_path):
+    home = cpr_core.solve_home(cpr_core.load_robot("rfrfr", modes=3))
+    file = tmp_path / "poses.csv"
+    write_poses(file, [home] * 3, home_first=[False, True, False])
+    lines = file.read_text().splitlines()
+    assert [line.startswith("#") for line in lines] == [False, False, True, False, False]
+    assert lines[2] == "# back home first"
+    assert len(read_measurements(home.robot, file)) == 3
+    with pytest.raises(InvalidRequest, match="home_first: expected one for each of 3"):
+        write_poses(file, [home] * 3, home_first=[True])

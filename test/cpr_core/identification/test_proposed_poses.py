@@ -93,3 +93,19 @@ def test_paths_that_name_the_same_number_are_refused(robot):
     paths = ("legs[1].motor.offset", "legs[0,1].motor.offset")
     with pytest.raises(InvalidRequest, match="name the same number"):
         propose_poses(robot, paths, DEVIATIONS, 3)
+
+
+def test_the_way_goes_by_home_where_the_one_from_pose_to_pose_is_not_free():
+    """A robot that was driven along the rows was halted by instabilities on four ways of twenty."""
+    robot = cpr_core.load_robot("six_rus")
+    found = propose_poses(robot, "legs[0].tip.position[0]", DEVIATIONS, 6, reach=0.8)
+    assert any(found.home_first) and not all(found.home_first)
+    home = cpr_core.solve_home(robot)
+    ways = zip((home, *found.equilibria), found.equilibria, found.home_first, strict=False)
+    for before, each, home_first in ways:
+        start = home if home_first else before
+        reached = cpr_core.solve_forward(robot, each.motors, start=start, stable_only=True)
+        assert reached.platform_position == pytest.approx(each.platform_position, abs=1e-9)
+        if home_first:
+            with pytest.raises(cpr_core.NotReached):
+                cpr_core.solve_forward(robot, each.motors, start=before, stable_only=True)
