@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 #: Torsion is left out of a rod only where that changes nothing, as the estimated error does not see a
-#: direction without modes: so much of the budget.
+#: direction without modes: so much of the budget, and of how far any wrench moves the platform.
 _NOTHING = 1e-3
 #: Compliance of a coordinate, dimensionless, that others hold where it is: rounding.
 _HELD = 1e-14
@@ -56,7 +56,11 @@ def fewest_modes(
         allowed = [
             (_farthest(moved), rod, direction)
             for moved, rod, direction in candidates
-            if left[rod][direction] > 1 or _farthest(moved - truncated.moved) < _NOTHING * budget
+            if left[rod][direction] > 1
+            or (
+                _farthest(moved - truncated.moved) < _NOTHING * budget
+                and truncated.stiffer_without(first[rod][direction]) < _NOTHING
+            )
         ]
         farthest, rod, direction = min(allowed, default=(np.inf, 0, 0))
         if farthest > budget:
@@ -79,6 +83,7 @@ class _Truncated:
         moved: How far the platforms have moved, (P, axes) [m].
         axes: State indices of the platform's translations.
         length: Their unit [m].
+        platform: State indices of the platform.
     """
 
     compliance: Floats
@@ -86,6 +91,7 @@ class _Truncated:
     moved: Floats
     axes: Integers
     length: float
+    platform: Integers
 
     @classmethod
     def none(cls, exact: Sequence[Equilibrium]) -> _Truncated:
@@ -98,12 +104,24 @@ class _Truncated:
             np.zeros((len(exact), len(axes))),
             axes,
             robot.mean_length,
+            robot.platform_indices,
         )
 
     def moved_without(self, index: int) -> Floats:
         """How far the platforms will have moved without one more coordinate, (P, axes) [m]."""
         lever = self.length * self.compliance[:, self.axes, index]
         return self.moved - lever * self._force(index)[:, None]
+
+    def stiffer_without(self, index: int) -> float:
+        """Largest part of its compliance that the platform loses in any direction without a coordinate.
+
+        1 where a motion is wholly lost, as a turn of the platform about rods that cannot twist.
+        """
+        own = np.maximum(self.compliance[:, index, index], _HELD)
+        column = self.compliance[:, self.platform, index]
+        platform = self.compliance[:, self.platform[:, None], self.platform]
+        parts = np.einsum("pi,pij,pj->p", column, np.linalg.pinv(platform, hermitian=True), column)
+        return float(np.abs(parts / own).max())
 
     def without(self, index: int) -> _Truncated:
         """One more coordinate held as at rest."""

@@ -145,3 +145,36 @@ def three_swinging() -> Robot:
             "home": {"motors": [1.0] * 3, "bow": "outward", "platform": {"position": [0, 0, 0.33]}},
         }
     )
+
+
+def clamped_columns(section: dict) -> Robot:
+    """Three straight columns clamped to the platform: only its turns about them twist them."""
+    legs = [
+        {
+            "base": {
+                "position": [0.2 * c, 0.2 * s, 0.0],
+                "tangent": [0, 0, 1],
+                "normal": [c, s, 0.0],
+            },
+            "motor": {"type": "revolute", "axis": [-s, c, 0.0]},
+            "tip": {
+                "type": "fixed",
+                "position": [0.2 * c, 0.2 * s, 0.0],
+                "tangent": [0, 0, 1],
+                "normal": [c, s, 0.0],
+            },
+        }
+        for c, s in _ring(3)
+    ]
+    return load_robot(
+        {
+            "name": "clamped_columns",
+            "space": "spatial",
+            "platform": {"mass": 0.0},
+            "legs": legs,
+            "rod": {"length": 0.8, "section": section, **_MATERIAL},
+            "strain": {"torsion": 8, "bending_2": 8, "bending_3": 8},
+            "controlled": ["z", "roll", "pitch"],
+            "home": {"motors": [0.0] * 3, "platform": {"position": [0, 0, 0.8]}},
+        }
+    )

@@ -9,6 +9,7 @@ import pickle
 import numpy as np
 import pytest
 import yaml
+from helpers.ring_robots import clamped_columns
 from helpers.yaml_content import shipped_content
 
 from benchmarks.chosen_modes import compare_with_tolerance
@@ -18,6 +19,7 @@ from cpr_core import (
     InvalidRequest,
     Robot,
     load_robot,
+    solve_forward,
     solve_home,
 )
 from cpr_core.command_line import main
@@ -117,6 +119,25 @@ def test_modes_are_given_up_until_the_budget_is_used(name, basis):
 def test_rods_that_twist_have_torsion_and_others_none():
     assert all(counts[0] >= 1 for counts in counts_of(choose_modes(load_robot("three_prs"), 1e-5)))
     assert all(counts[0] == 0 for counts in counts_of(choose_modes(load_robot("six_rfs"), 1e-5)))
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        {"shape": "circular", "radius": 0.001},
+        {"shape": "given", "torsion": 0.1, "bending_2": 0.4, "bending_3": 0.12},
+    ],
+)
+def test_rods_that_only_loads_twist_have_torsion_too(section):
+    """The platform could not turn about them, and no error was told: motors alone do not twist them."""
+    robot = clamped_columns(section)
+    found = choose_modes(robot, 1e-5)
+    assert counts_of(found) == [(1, 5, 5)] * 3
+    loads = robot.default_loads.with_(wrench_world=[0.0, 0.0, 0.01, 0.0, 0.0, 0.0])
+    turned = [solve_forward(each, [0.0] * 3, loads=loads) for each in (found, robot)]
+    angles = [at.platform_rotation[1, 0] for at in turned]
+    assert angles[1] > 5e-3
+    assert angles[0] == pytest.approx(angles[1], rel=1e-3)
 
 
 def test_the_numbers_of_before_do_not_matter():
