@@ -35,6 +35,7 @@ __all__ = [
     "check_positions",
     "check_quaternion",
     "check_rod",
+    "degrees_doubt",
     "in_other_units",
     "motors_doubt",
     "position_doubt",
@@ -62,6 +63,8 @@ _LIGHTEST, _HEAVY = 30.0, 2000.0
 _YIELDED = 0.1
 #: Angle of a motor [rad], and a distance in rod lengths.
 _MANY_TURNS, _FAR = 4.0 * math.pi, 10.0
+#: Angle of a platform [rad], a whole turn but for rounding.
+_TURN = 2.0 * math.pi + 1e-9
 #: Way per turn of a screw, belt or drum that is doubted where it is longer than a rod too [m].
 _LEAD = 0.5
 #: Range of a joint behind a gear [rad and rod lengths], and way in a second, that are nothing.
@@ -425,9 +428,14 @@ def angle_doubt(names: Iterable[str], pose: Iterable[float]) -> str:
     """
     for name, value in zip(names, pose, strict=True):
         coordinate = CONTROLLED_COORDINATES.get(name)  # none: a number of a quaternion
-        if coordinate is not None and coordinate.is_angle and abs(value) > 2.0 * math.pi:
-            return f"{name} at {value:g} {_DEGREES}"
+        if coordinate is not None and coordinate.is_angle and (doubt := degrees_doubt(name, value)):
+            return doubt
     return ""
+
+
+def degrees_doubt(name: str, angle: float) -> str:
+    """What looks wrong with an angle [rad] of a platform, unchanged by whole turns; empty: nothing."""
+    return f"{name} at {angle:g} {_DEGREES}" if abs(angle) > _TURN else ""
 
 
 def in_other_units(description: RobotDescription, motors: Floats) -> Iterator[tuple[Floats, str]]:

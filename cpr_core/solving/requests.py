@@ -32,7 +32,8 @@ def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
         values: Numbers of the request.
 
     Raises:
-        InvalidRequest: Wrong number of values, or a robot without inverse problem.
+        InvalidRequest: Wrong number of values, an angle of a pose beyond a whole turn, or a robot
+            without inverse problem.
         InvalidQuaternion: A quaternion far from unit length.
         NonFiniteInput: A NaN or an infinity.
     """
@@ -48,7 +49,7 @@ def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
             "name them under `controlled` in the description",
         )
     position, rotation = split_pose(start, values)
-    return PoseTarget(rotation, position, asked=values)
+    return PoseTarget(rotation, position)
 
 
 def pose_meaning(robot: Robot) -> tuple[str, ...]:
@@ -69,14 +70,16 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
             f"{error.problem}; a quaternion is taken where the orientation is controlled, x y z qw qx "
             "qy qz where all is",
         ) from None
+    doubt = angle_doubt(names, values)
     pitch = values[names.index("pitch")] if "pitch" in names else 0.0
     if abs(pitch) > 0.5 * math.pi:
-        doubt = angle_doubt(names, values)
         raise InvalidRequest(
             "pose",
             f"expected a pitch of at most pi/2 rad, got {pitch} rad"
             + (f"; {doubt}" if doubt else ""),
         )
+    if doubt:  # whole turns less it would often be reached
+        raise InvalidRequest("pose", doubt)
     place = start.platform_position, start.platform_rotation
     return meant_by(start.robot.description.controlled, values, *place)
 

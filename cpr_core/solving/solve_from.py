@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..description.loads import Loads
-from ..description.plausibility import angle_doubt, quaternion_order_doubt, request_doubt
+from ..description.plausibility import quaternion_order_doubt, request_doubt
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..validation import checked_time
@@ -20,7 +20,7 @@ from .near_request import solve_near
 from .not_reached import NotReached, refusal_of
 from .objectives import objective_of
 from .redundant_walk import walk_to
-from .requests import pose_meaning, target_of
+from .requests import target_of
 from .targets import MotorTarget, PoseTarget, Target
 
 __all__ = ["solve_from"]
@@ -95,15 +95,8 @@ def _doubt(start: Equilibrium, target: Target) -> str:
     if isinstance(target, MotorTarget):
         return request_doubt(description, target.motors, None)
     if isinstance(target, PoseTarget):
-        angles = ""
-        if target.asked is not None:
-            angles = angle_doubt(pose_meaning(start.robot), np.ravel(target.asked))
-        return (
-            angles
-            or request_doubt(description, None, target.position)
-            or quaternion_order_doubt(
-                quaternion_from_rotation(target.rotation), start.platform_quaternion
-            )
+        return request_doubt(description, None, target.position) or quaternion_order_doubt(
+            quaternion_from_rotation(target.rotation), start.platform_quaternion
         )
     return ""
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..errors import InvalidRequest
 from ..kernels.natural_units import EFFORT_UNIT
@@ -210,14 +210,11 @@ class PoseTarget:
         position: Platform position, (3,) [m]; read where it is controlled.
         motors: Motor positions, (n,) [rad or m]; read for motors that the robot holds (``holding``);
             None: these stay where they are.
-        asked: The controlled coordinates it was made of, as they were given; None: of no request. Its
-            angles are looked at where it is not reached.
     """
 
     rotation: Floats
     position: Floats
     motors: Floats | None = None
-    asked: ArrayLike | None = None
     problem: ClassVar[ProblemName] = "pose"
 
     def distance(self, start: Equilibrium) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..description.controlled_coordinates import CONTROLLED_COORDINATES
+from ..description.plausibility import degrees_doubt
 from ..errors import InvalidRequest, NonFiniteInput
 from ..kernels.twist_layout import FIRST_LINEAR
 from ..model.robot import Robot, checked_robot
@@ -177,7 +178,8 @@ def pose_grid(
         directions: What an axis changes per unit, for skew slices: ``{"s": {"x": 0.6, "y": 0.8}}``.
 
     Raises:
-        InvalidRequest: Coordinates the robot does not control, or axes that make no grid.
+        InvalidRequest: Coordinates the robot does not control, angles beyond a whole turn, or axes that
+            make no grid.
         NonFiniteInput: A NaN or an infinity.
     """
     checked_robot(robot)
@@ -194,7 +196,20 @@ def pose_grid(
     units = tuple("m" if name in "xyz" else "rad" for name in names)
     index = np.array([_PLACES[name] for name in names])
     imposed = _Imposed("pose", names, units, orientation, index)
-    return _grid(imposed, vary, held, resolution, directions)
+    grid = _grid(imposed, vary, held, resolution, directions)
+    _check_angles(grid)
+    return grid
+
+
+def _check_angles(grid: Grid) -> None:
+    """Whether angles of the poses are in radians: degrees would be mapped, whole turns less."""
+    ends = grid.origin[None, :].repeat(2, axis=0)  # the lowest and the highest
+    for values, direction in zip(grid.values, grid.directions, strict=True):
+        ends += np.sort(values[[0, -1], None] * direction, axis=0)
+    for name, unit, *both in zip(grid.names, grid.units, *ends.tolist(), strict=True):
+        for value in both if unit == "rad" else ():
+            if doubt := degrees_doubt(name, value):
+                raise InvalidRequest("grid", doubt)
 
 
 def motor_grid(

@@ -16,6 +16,8 @@ from cpr_core import (
     solve_forward,
     solve_home,
     solve_inverse,
+    trace,
+    trace_through,
 )
 from cpr_core.description.description_file import read_description
 from cpr_core.description.plausibility import motors_doubt, position_doubt, quaternion_order_doubt
@@ -66,6 +68,22 @@ def test_angles_of_poses_and_motors_beyond_their_limits_are_doubted_too(name, so
     with pytest.raises((NotReached, InvalidRequest), match=says) as caught:
         solve(load_robot(name), values)
     assert ("looks like" in str(caught.value)) == (says is not None)
+
+
+@pytest.mark.parametrize("turns", [7, -7, 2])
+def test_an_angle_in_degrees_is_not_met_whole_turns_less(turns):
+    """45 is 1.02 rad and seven turns, which was reached, and nothing said of it."""
+    robot = load_robot("planar_body")
+    near = solve_home(robot).pose + [0.01, 0.0, 0.02]
+    assert solve_inverse(robot, near).converged
+    far = near + [0.0, 0.0, 2.0 * np.pi * turns]
+    for ask in (
+        lambda: solve_inverse(robot, far),
+        lambda: trace(robot, pose=far, points=3),
+        lambda: trace_through(robot, poses=[near, far]),
+    ):
+        with pytest.raises(InvalidRequest, match=rf"angle at {far[2]:g} {DEGREES}"):
+            ask()
 
 
 RAIL = {"joint": "prismatic", "axis": [1, 0, 0], "motor": "rail"}

@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from helpers.doubts import DEGREES
 from helpers.workspace_cases import content_of_rfrfr, rfrfr, six_rfs
 
 from cpr_core import (
@@ -102,6 +103,26 @@ def test_what_is_no_grid_is_refused():
 def test_orientations_are_given_in_one_way():
     with pytest.raises(InvalidRequest, match="got some of both"):
         pose_grid(six_rfs(), AXES, {"phi": 0.1, "roll": 0.2})
+
+
+@pytest.mark.parametrize(
+    ("name", "vary", "held", "text"),
+    [
+        ("planar_body", {"x": [-0.1, 0.1], "angle": [-30.0, 30.0]}, {}, "angle at -30"),
+        ("planar_body", AXES, {"angle": 90.0}, "angle at 90"),
+        ("three_rfs", {"z": [0.7, 0.75], "roll": [0.0, 20.0]}, {}, "roll at 20"),
+        ("six_rfs", {"phi": [0.0, 360.0], "theta": [0.0, 1.0]}, {"z": 0.7}, "phi at 360"),
+        ("six_rfs", {"phi": [-2 * np.pi, 2 * np.pi], "theta": [0.0, 1.0]}, {"z": 0.7}, None),
+    ],
+)
+def test_angles_in_degrees_are_refused(name, vary, held, text):
+    """They were mapped whole turns less."""
+    robot = load_robot(name)
+    if text is None:
+        assert pose_grid(robot, vary, held).shape == (2, 2)
+        return
+    with pytest.raises(InvalidRequest, match=f"{text} {DEGREES}, expected radians"):
+        pose_grid(robot, vary, held)
 
 
 @pytest.mark.parametrize(
