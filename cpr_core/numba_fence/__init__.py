@@ -14,6 +14,8 @@ says so.
     compile_events   whoever waits is told which kernel is compiled; without: nobody is told
 
 There is no way without the typing extension (``typing_extension``): lanes are a type of their own.
+
+Where no folder can be written to, machine code is not kept either; a warning says that too.
 """
 
 from __future__ import annotations
@@ -31,12 +33,17 @@ try:
 except (ImportError, AttributeError):
     loop_hint = None  # type: ignore[assignment]
 try:
+    njit(cache=True)(lambda: None)
+    _FOLDER = True
+except RuntimeError:  # there is none that can be written to
+    _FOLDER = False
+try:
     from . import cache_stamp
-except (ImportError, AttributeError):
+except (ImportError, AttributeError, RuntimeError):
     cache_stamp = None  # type: ignore[assignment]
 try:
     from . import loaded_code
-except (ImportError, AttributeError):
+except (ImportError, AttributeError, RuntimeError):
     loaded_code = None  # type: ignore[assignment]
 try:
     from . import compile_events
@@ -72,8 +79,8 @@ _PRIVATE_OPTIONS = ("_nrt", "forceinline", "no_cpython_wrapper", "no_cfunc_wrapp
 #: What this numba lacks of the private interfaces.
 MISSING = (
     *(("the lowering of its passes",) if loop_hint is None else ()),
-    *(("the stamp of its cache",) if cache_stamp is None else ()),
-    *(("the loading of its cache",) if loaded_code is None else ()),
+    *(("the stamp of its cache",) if _FOLDER and cache_stamp is None else ()),
+    *(("the loading of its cache",) if _FOLDER and loaded_code is None else ()),
     *(("events of compiling",) if compile_events is None else ()),
     *(f"the option {name}" for name in _PRIVATE_OPTIONS if name not in KNOWN_OPTIONS),
 )
@@ -137,6 +144,14 @@ if MISSING:
     warnings.warn(
         f"numba {VERSION} lacks {', '.join(MISSING)}: everything works, but more slowly; "
         "versions without this warning are named in setup.py",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+if not _FOLDER:
+    warnings.warn(
+        "compiled kernels can be kept nowhere, neither beside the package nor in the cache folder of "
+        "the user: every process compiles them again, for a minute or two; NUMBA_CACHE_DIR names a "
+        "folder that can be written to",
         RuntimeWarning,
         stacklevel=2,
     )

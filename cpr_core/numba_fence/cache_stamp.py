@@ -22,6 +22,8 @@ from typing import Any
 from numba import njit
 from numba.core.caching import IndexDataCacheFile
 
+from .kept_code import KeptCode
+
 __all__ = ["CacheFile", "stamp_cache"]
 
 
@@ -62,6 +64,7 @@ class CacheFile(IndexDataCacheFile):
 
 def stamp_cache(dispatcher: Any, stamp: tuple[str, int]) -> None:
     """Replace the stamp of a compiled function's machine code, before it is called first."""
+    dispatcher._cache.__class__ = KeptCode
     cache_file = dispatcher._cache._cache_file
     cache_file._source_stamp = stamp
     cache_file.__class__ = CacheFile

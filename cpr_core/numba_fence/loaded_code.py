@@ -15,8 +15,10 @@ from typing import Any
 
 from numba import njit
 from numba.core import codegen
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.caching import CompileResultCacheImpl
 from numba.core.runtime import rtsys
+
+from .kept_code import KeptCode
 
 __all__ = ["load_alone"]
 
@@ -58,7 +60,7 @@ class _Code(CompileResultCacheImpl):
         return result
 
 
-class _Cache(FunctionCache):
+class _Cache(KeptCode):
     """Fills numba's tables only if a function is not on disk, and so will be compiled."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:

@@ -190,6 +190,43 @@ def test_machine_code_is_loaded_alone_and_other_kernels_are_made_of_it(tmp_path)
     assert again["made of it"] == first["made of it"] == 2.0 * first["rotation"][0][0]
 
 
+#: A kernel that is compiled where nothing can be written, or not beyond the beginning of a file.
+UNKEPT = """
+import json, warnings
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    {before}
+    import numpy as np
+    from cpr_core.kernels.rotation_matrices import rotation_exp_into
+    {after}
+    rotation = np.empty((3, 3))
+    rotation_exp_into(0.1, 0.2, 0.3, rotation)
+print(json.dumps({{
+    "rotation": rotation.tolist(),
+    "warnings": [str(w.message) for w in caught if w.category is RuntimeWarning],
+}}))
+"""
+#: numba finds no folder, as a user without a home who may not write beside the package.
+NO_FOLDER = "from numba.core.caching import CacheImpl; CacheImpl._locator_classes = []"
+#: As on a full disk, but for the number of the error.
+NO_ROOM = (
+    "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (100, resource.RLIM_INFINITY))"
+)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [(NO_FOLDER, "", "can be kept nowhere"), ("", NO_ROOM, r"cannot be kept in .*File too large")],
+)
+def test_kernels_that_cannot_be_kept_are_compiled_all_the_same(tmp_path, before, after, said):
+    """An import, or a solve that had its answer, ended with words of numba, or of no file at all."""
+    expected = run(LOADED, tmp_path / "kept")["rotation"]
+    found = run(UNKEPT.format(before=before, after=after), tmp_path / "new")
+    assert found["rotation"] == expected
+    assert len(found["warnings"]) == 1 and re.search(said, found["warnings"][0])
+    assert "NUMBA_CACHE_DIR names" in found["warnings"][0]
+
+
 def bounds(text):
     return tuple(re.search(r"numba>=([\d.]+),<([\d.]+)", text).groups())
 
