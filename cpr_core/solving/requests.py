@@ -6,11 +6,12 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..description.controlled_coordinates import meant_by, numbers_of
+from ..description.controlled_coordinates import CONTROLLED_COORDINATES, meant_by, numbers_of
 from ..description.plausibility import angle_doubt
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
@@ -70,7 +71,7 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
             f"{error.problem}; a quaternion is taken where the orientation is controlled, x y z qw qx "
             "qy qz where all is",
         ) from None
-    doubt = angle_doubt(names, values)
+    doubt = angle_doubt(names, values) if _have_angles(names) else ""
     pitch = values[names.index("pitch")] if "pitch" in names else 0.0
     if abs(pitch) > 0.5 * math.pi:
         raise InvalidRequest(
@@ -82,6 +83,14 @@ def split_pose(start: Equilibrium, pose: ArrayLike) -> tuple[Floats, Floats]:
         raise InvalidRequest("pose", doubt)
     place = start.platform_position, start.platform_rotation
     return meant_by(start.robot.description.controlled, values, *place)
+
+
+@cache
+def _have_angles(names: tuple[str, ...]) -> bool:
+    """Whether there are angles among the numbers of a pose: looking at each takes a microsecond."""
+    return any(
+        name in CONTROLLED_COORDINATES and CONTROLLED_COORDINATES[name].is_angle for name in names
+    )
 
 
 def _is_whole(pose: ArrayLike) -> bool:
