@@ -75,7 +75,7 @@ def _check_units(part: Part, element: ChainElement, length: float) -> None:
 def _chain_rod(part: Part, leg_rod: Rod, rod: Part, strain: Part) -> ChainRod:
     """A rod of a chain; what it does not say is as in the leg's or the robot's rod."""
     own, modes = part.part("rod"), part.part("strain")
-    described = described_rod(replace(own, content={**rod.content, **own.content}))
+    described = described_rod(replace(own, content={**rod.content, **own.content}), own.content)
     if not own.content:  # the same one: what is found of a rod is found once
         described = leg_rod
     if "motor" in part and not described.uniform:

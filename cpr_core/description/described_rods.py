@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -30,8 +30,13 @@ __all__ = [
 _DEFAULT_MODES = 5
 
 
-def described_rod(part: Part) -> Rod:
-    """A rod, of all legs or of one."""
+def described_rod(part: Part, own: Collection[str] | None = None) -> Rod:
+    """A rod, of all legs or of one.
+
+    Args:
+        part: The rod in the description, with all its fields.
+        own: Names of those that stand there and not where others are described; default all.
+    """
     section_part = part.part("section")
     section = SECTIONS[section_part.get("shape")].from_description(section_part)
     modulus = None if section.needs_moduli else 0.0
@@ -50,7 +55,7 @@ def described_rod(part: Part) -> Rod:
     )
     if "yield_strain" in part and np.isnan(section.bending_strain(np.ones(1), np.ones(1))[0]):
         raise section_part.fail("", "missing field 'outer_radius': it has a yield_strain")
-    check_rod(part, rod)
+    check_rod(part, rod, part.content if own is None else own)
     return rod
 
 

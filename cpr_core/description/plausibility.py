@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,30 +86,35 @@ def _warn(part: Part, name: str, problem: str) -> None:
     )
 
 
-def check_rod(part: Part, rod: Rod) -> None:
+def check_rod(part: Part, rod: Rod, own: Collection[str]) -> None:
     """Whether length, thickness and material can be those of a rod.
+
+    Args:
+        part: The rod in the description.
+        rod: What it says.
+        own: Names of the fields that stand there: what looks wrong is told where it stands, once.
 
     Raises:
         DescriptionError: They cannot.
     """
     if rod.length > _LONGEST:
         raise part.fail("length", f"got {rod.length:g}: {_MILLIMETRES}")
-    if rod.length > _LONG:
+    if rod.length > _LONG and "length" in own:
         _warn(part, "length", f"{rod.length:g} m: {_MILLIMETRES}?")
     for name, modulus in (
         ("young_modulus", rod.young_modulus),
         ("shear_modulus", rod.shear_modulus),
     ):
         if rod.section.needs_moduli:
-            _check_modulus(part, name, modulus, rod.density)
+            _check_modulus(part, name, modulus, rod.density, own)
     section, straight = part.part("section"), np.array([1.0, 0.0])
     thickness = float(rod.section.bending_strain(straight, straight[::-1]).max())
     if thickness > _THICKEST * rod.length:
         sizes = ", ".join(f"{name} {value}" for name, value in section.content.items())
         raise section.fail("", f"got {sizes} for a rod {rod.length:g} m long: {_MILLIMETRES}")
-    if 0.0 < rod.density < _LIGHTEST:
+    if 0.0 < rod.density < _LIGHTEST and "density" in own:
         _warn(part, "density", f"{rod.density:g}: looks like g/cm^3, expected kg/m^3")
-    if _YIELDED < rod.yield_strain < math.inf:
+    if _YIELDED < rod.yield_strain < math.inf and "yield_strain" in own:
         _warn(
             part,
             "yield_strain",
@@ -121,12 +126,15 @@ def check_rod(part: Part, rod: Rod) -> None:
         )
 
 
-def _check_modulus(part: Part, name: str, modulus: float, density: float) -> None:
+def _check_modulus(
+    part: Part, name: str, modulus: float, density: float, own: Collection[str]
+) -> None:
     if modulus < _SOFTEST:
         raise part.fail(name, f"got {modulus:g}: looks like GPa, expected Pa")
     if modulus > _STIFFEST:
         raise part.fail(name, f"got {modulus:g}: no material is as stiff, expected Pa")
-    if modulus < _SOFT and not 0.0 < density < _HEAVY:
+    stands = name in own or "density" in own
+    if stands and modulus < _SOFT and not 0.0 < density < _HEAVY:
         _warn(part, name, f"{modulus:g}: looks like MPa, expected Pa")
 
 

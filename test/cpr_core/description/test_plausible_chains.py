@@ -47,6 +47,20 @@ def test_what_looks_like_another_unit_in_a_chain_is_said(path, value, says):
         read_description(content)
 
 
+@pytest.mark.parametrize("own", [{}, {"length": 0.5}])
+def test_what_the_rod_of_all_chains_says_is_doubted_once(own):
+    """It was told of every rod that takes it from there: seven lines of six legs."""
+    content = shipped_content("six_rus")
+    content["rod"]["density"] = 7.8
+    for leg in content["legs"]:
+        put(leg, ("chain", 3, "rod"), own)
+    with pytest.warns(DescriptionWarning) as told:
+        read_description(content)
+    assert [str(each.message).partition(": ")[2] for each in told] == [
+        "rod.density: 7.8: looks like g/cm^3, expected kg/m^3"
+    ]
+
+
 def test_a_rod_of_a_chain_that_is_fed_millimetres_is_said():
     content = shipped_content("six_rus")
     content["legs"][0]["chain"][3] = {
