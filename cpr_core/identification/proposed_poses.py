@@ -195,7 +195,8 @@ def _candidates(
         raise InvalidRequest(
             "reach",
             f"only {len(found)} of {wanted} random motor positions up to {reach:g} rad or rod lengths "
-            f"from home are reached stably with a margin of {margin:g}: expected at least {count}",
+            f"from home are reached stably with a margin of {margin:g}: expected at least {count}; "
+            "a smaller reach or margin may leave more",
         )
     return found
 
