@@ -24,6 +24,7 @@ from ..model.robot import Robot, checked_robot
 from ..solving.geometrico_statics import solve_forward
 from ..solving.home import solve_home
 from ..solving.not_reached import NotReached
+from ..solving.targets import apart
 from ..validation import ReadOnlyArrays, checked_count, checked_number
 from .compared import compared_row
 from .measurements import Frame, Measurement, StandardDeviations, checked_deviations
@@ -287,7 +288,7 @@ def _short_way(
 
 def _way(first: Equilibrium, last: Equilibrium) -> float:
     """How far motors move, in their units."""
-    return float((np.abs(last.motors - first.motors) / first.robot.motor_units).max())
+    return float(apart(first.robot, "motors", first.motors, last.motors))
 
 
 def _leads(first: Equilibrium, last: Equilibrium) -> bool:
@@ -298,5 +299,5 @@ def _leads(first: Equilibrium, last: Equilibrium) -> bool:
         )
     except NotReached:
         return False
-    apart = configuration_distance(first.robot, reached.configuration, last.configuration)
-    return bool(apart < SAME_EQUILIBRIUM)
+    missed = configuration_distance(first.robot, reached.configuration, last.configuration)
+    return bool(missed < SAME_EQUILIBRIUM)

@@ -27,15 +27,14 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
         changes, or a limit or stability may be left on the way; and where a pose leaves redundant
         motors free.
     """
-    robot, pose = start.robot, target.problem == "pose"
+    robot, pose, by_effort = start.robot, target.problem == "pose", target.problem == "efforts"
     if pose and robot.redundancy > 0:
         return None
     if not start.loads.conservative(robot.planar):
         return None
-    if stable_only and (start.index_free if target.problem == "efforts" else start.index_locked):
+    if stable_only and (start.index_free if by_effort else start.index_locked):
         return None
     watched = pose or may_be_kept_again(robot, target.problem)
-    by_effort = target.problem == "efforts"
     length = target.distance(start) / LONGEST_STEP if watched and not by_effort else 0.0
     if length > ALONE:
         return None
