@@ -13,62 +13,59 @@ from numpy.typing import NDArray
 from ..description.robot_description import RobotDescription
 from ..validation import read_only
 
-__all__ = ["MotorLimitArrays", "motor_limit_arrays"]
+__all__ = ["MotorLimitArrays", "motor_limit_arrays", "nearest"]
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 class MotorLimitArrays(NamedTuple):
-    """Limits that motors have.
+    """Limits that motors have, K of them, by motor, that of a position before that of an effort.
 
     Attributes:
-        ranged: Numbers of the motors with a position limit, (k,).
-        lower: Smallest, and
-        upper: largest position of these, infinite where not limited [rad or m].
-        loaded: Numbers of the motors with an effort limit, (m,).
-        effort: Largest effort of these [N m or N].
-        order: Position limits, then effort limits, by motor, (k + m,).
-        unit: Natural units of the motors with a position limit, (k,) [rad or m].
+        motors: Number of the motor of each, (K,).
+        of_effort: Whether it is one of effort, (K,).
+        columns: Where its value is among positions and efforts of n motors, (K,).
+        ends: Least and largest value, infinite where not limited [rad, m, N m or N], (2, K).
+        inward: What both distances from these ends are told in, away from the end: natural units of
+            the position, or the largest effort, (2, K) [the same units].
+        finite: Which ends there are, (2, K).
     """
 
-    ranged: Integers
-    lower: Floats
-    upper: Floats
-    loaded: Integers
-    effort: Floats
-    order: Integers
-    unit: Floats
-
-    def ranges_left(self, motors: Floats) -> Floats:
-        """How far motors at (..., n) are from their position limits, in natural units, (..., k)."""
-        at = motors[..., self.ranged]
-        left: Floats = np.minimum(at - self.lower, self.upper - at) / self.unit
-        return left
+    motors: NDArray[np.int64]
+    of_effort: NDArray[np.bool_]
+    columns: NDArray[np.int64]
+    ends: Floats
+    inward: Floats
+    finite: NDArray[np.bool_]
 
     def sides_left(self, motors: Floats, efforts: Floats) -> Floats:
-        """How far motors (n,) and efforts (n,) are from either end of their limits, (2 k + 2 m,).
+        """How far positions and efforts, (..., n), are from both ends of every limit, (..., 2, K).
 
         In natural units, and relative to the limits of effort. Unlike the nearest end it has no kink.
         """
-        at, part = motors[self.ranged], efforts[self.loaded] / self.effort
-        lower, upper = (at - self.lower) / self.unit, (self.upper - at) / self.unit
-        return np.concatenate([lower, upper, 1.0 + part, 1.0 - part])
+        values = np.concatenate([motors, efforts], axis=-1)[..., None, self.columns]
+        left: Floats = (values - self.ends) / self.inward
+        return left
 
-    def effort_reserves(self, efforts: Floats) -> Floats:
-        """What efforts (..., n) leave of the effort limits, relative to these, (..., m)."""
-        reserves: Floats = 1.0 - np.abs(efforts[..., self.loaded]) / self.effort
-        return reserves
+    def left(self, motors: Floats, efforts: Floats) -> Floats:
+        """How far they are from the nearest end of every limit, (..., K)."""
+        return nearest(self.sides_left(motors, efforts))
+
+
+def nearest(sides: Floats) -> Floats:
+    """Distances from the nearest ends, (..., K), of those from both ends, (..., 2, K)."""
+    found: Floats = np.minimum(sides[..., 0, :], sides[..., 1, :])
+    return found
 
 
 def motor_limit_arrays(description: RobotDescription, units: Floats) -> MotorLimitArrays:
     """The limits of the motors of a robot, whose natural units are (n,)."""
-    limits = [motor.limits for motor in description.motors]
-    ranges = np.array([(limit.lower, limit.upper) for limit in limits]).reshape(-1, 2)
-    efforts = np.array([limit.effort for limit in limits])
-    ranged = np.flatnonzero(np.isfinite(ranges).any(axis=1))
-    loaded = np.flatnonzero(np.isfinite(efforts))
-    lower, upper = ranges[ranged].T
-    order = np.argsort(np.concatenate([ranged, loaded]), kind="stable")
-    arrays = ranged, lower, upper, loaded, efforts[loaded], order, units[ranged]
+    limits, count = [motor.limits for motor in description.motors], len(description.motors)
+    ranges = [((limit.lower, limit.upper), (-limit.effort, limit.effort)) for limit in limits]
+    ends = np.array(ranges, np.float64).reshape(2 * count, 2)
+    scales = np.stack([units, ends[1::2, 1]], axis=1).ravel()
+    there = np.flatnonzero(np.isfinite(ends).any(axis=1))
+    motors, of_effort, ends = there // 2, there % 2 == 1, ends[there].T
+    inward = scales[there] * np.array([[1.0], [-1.0]])
+    arrays = motors, of_effort, motors + count * of_effort, ends, inward, np.isfinite(ends)
     return MotorLimitArrays(*map(read_only, arrays))

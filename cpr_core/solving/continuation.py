@@ -32,7 +32,7 @@ from .bracketing import (
     landing,
 )
 from .events import EventKind, PathEvent
-from .hidden_changes import Hidden, hidden_between
+from .hidden_changes import Hidden, hidden_between, hidden_in_halves
 from .limits import Limit, grazes
 from .passed_events import differ, event_between, limit_passed
 from .path import OutOfTime, Path, Point, Tangent
@@ -53,12 +53,6 @@ SINGULAR = 1e-4
 SEVERAL = "several branches cross, none of them goes on alone"
 #: Steps by arc length around one place, and past folds.
 MOST_ARCS, MOST_ARCS_PAST_FOLDS = 300, 3000
-
-
-def _hidden_beside(other: Point, first: Point, last: Point) -> Hidden:
-    """What may have happened, and been undone, between two points, beside a third one."""
-    places = other.fraction, first.fraction, last.fraction
-    return hidden_between(places, (other.watched, first.watched, last.watched))
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,12 +232,12 @@ class _Walker:
             return Hidden.NOTHING
         step = next_point.fraction - point.fraction
         if before is not None and point.fraction - before.fraction > SMALLEST_STEP * step:
-            return _hidden_beside(before, point, next_point)
+            places = before.fraction, point.fraction, next_point.fraction
+            return hidden_between(places, (before.watched, point.watched, next_point.watched))
         middle = self.path.at(point, point.fraction + 0.5 * step)
         if middle is None or differ(point, middle):
             return Hidden.MARGIN | Hidden.SINGULARITY
-        first_half = _hidden_beside(next_point, point, middle)
-        return first_half | _hidden_beside(point, middle, next_point)
+        return hidden_in_halves(point.watched, middle.watched, next_point.watched)
 
     def _several_meet(self, point: Point, next_point: Point) -> bool:
         """Whether several branches meet between two neighbours, on symmetric ways of symmetric robots.

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.loads import Loads
-from ..kernels.natural_units import LONGEST_STEP
 from ..kernels.record_layout import INVERSE_SIGN, SIGNS
 from ..model.equilibrium import Equilibrium, described
 from ..model.kinemato_statics import KinematoStatics
@@ -65,7 +64,7 @@ class HeldWalks:
         robot, loads = start.robot, start.loads if loads is None else loads
         begin = _of(start, robot.holding(_imposed_motors(directions)))
         target = replace(pose, motors=start.motors + change * robot.motor_units)
-        if loads is start.loads and target.distance(begin) <= LONGEST_STEP:
+        if loads is start.loads and not self.deadline.over:
             near = solve_near(begin, target, self.stable_only)
             if near is not None:
                 self.iterations += near.iterations

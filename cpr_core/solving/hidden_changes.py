@@ -16,7 +16,14 @@ from collections.abc import Iterable
 from enum import Flag, auto
 from typing import NamedTuple
 
-__all__ = ["Hidden", "Watched", "hidden_between", "may_hide", "may_hide_in_one_step"]
+__all__ = [
+    "Hidden",
+    "Watched",
+    "hidden_between",
+    "hidden_in_halves",
+    "may_hide",
+    "may_hide_in_one_step",
+]
 
 #: How much more values may be bent within a step, and how much steeper they may be, than three of them
 #: tell.
@@ -59,6 +66,12 @@ def hidden_between(
     return found | Hidden.SINGULARITY if may_hide(places, singularities) else found
 
 
+def hidden_in_halves(first: Watched, middle: Watched, last: Watched) -> Hidden:
+    """What may have happened, and been undone, in either half of a step, beside the other half."""
+    in_first = hidden_between((1.0, 0.0, 0.5), (last, first, middle))
+    return in_first | hidden_between((0.0, 0.5, 1.0), (first, middle, last))
+
+
 def may_hide(
     places: tuple[float, float, float],
     values: tuple[Iterable[float], Iterable[float], Iterable[float]],
@@ -73,11 +86,14 @@ def may_hide(
     other, first, last = places
     step, behind = last - first, other > last
     aside, across = (last if behind else first) - other, (first if behind else last) - other
+    bends = _BENT_MORE * 2.0 * step**2 / abs(across)
     for of_other, of_first, of_last in zip(*values, strict=True):
         slope = (of_last - of_first) / step
         slope_aside = ((of_last if behind else of_first) - of_other) / aside
-        bend = _BENT_MORE * abs((slope - slope_aside) * 2.0 * step**2 / across)
+        bend = bends * abs(slope - slope_aside)
         fall = _STEEPER * max(abs(slope), abs(slope_aside)) * step
+        if abs(of_first + of_last) >= max(fall, 0.5 * bend):
+            continue  # far from zero, as most values are
         steep = _steep(of_first, of_last, fall)
         if of_first * of_last >= 0.0 and (steep or _bent(of_first, of_last, bend)):
             return True

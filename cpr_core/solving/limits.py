@@ -14,6 +14,7 @@ from ..description.plausibility import request_doubt
 from ..kernels.record_layout import EFFORT
 from ..model.bending_strain import bending_strains, strain_reserves, strains_in
 from ..model.equilibrium import Equilibrium
+from ..model.motor_limits import nearest
 from ..model.robot import Robot
 from .events import PathEvent
 from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
@@ -21,15 +22,16 @@ from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
 __all__ = [
     "ROUNDING",
     "Limit",
+    "LimitValues",
     "check_limits",
     "first_of",
     "grazes",
     "limit_error",
+    "limit_values",
+    "limits_along",
     "limits_of",
     "margins",
-    "margins_along",
     "may_be_kept_again",
-    "motor_margins",
     "undisturbed",
     "violated",
     "with_strain_margins",
@@ -41,9 +43,6 @@ Floats = NDArray[np.float64]
 SMALLEST_GRAZE = 1e-3
 #: Overshoot within the accuracy of a solution, of the margins.
 ROUNDING = 1e-9
-
-
-_NONE: Floats = np.zeros(0)
 
 
 class Limit(NamedTuple):
@@ -59,28 +58,12 @@ class Limit(NamedTuple):
 
 
 def limits_of(robot: Robot) -> tuple[Limit, ...]:
-    """All limits of a robot, in the order of ``margins``."""
+    """All limits of a robot, in the order of ``LimitValues.margins``."""
     limits, rods = robot.motor_limits, np.flatnonzero(np.isfinite(robot.strain_limits))
-    motors = [Limit("motor_limit", number) for number in limits.ranged.tolist()]
-    motors += [Limit("effort_limit", number) for number in limits.loaded.tolist()]
-    return (
-        *(motors[place] for place in limits.order),
-        *(Limit("strain_limit", number) for number in rods.tolist()),
-    )
-
-
-def motor_margins(robot: Robot, motors: Floats, efforts: Floats) -> Floats:
-    """How far the limits of the motors are, (..., K), as ``margins``.
-
-    Args:
-        robot: The robot.
-        motors: Motor positions, (..., n) [rad or m].
-        efforts: Motor efforts, (..., n) [N m or N].
-    """
-    limits = robot.motor_limits
-    own = [limits.ranges_left(motors), limits.effort_reserves(efforts)]
-    found: Floats = np.concatenate(own, axis=-1)[..., limits.order]
-    return found
+    found = list[Limit]()
+    for number, of_effort in zip(limits.motors.tolist(), limits.of_effort, strict=True):
+        found.append(Limit("effort_limit" if of_effort else "motor_limit", number))
+    return (*found, *(Limit("strain_limit", number) for number in rods.tolist()))
 
 
 def may_be_kept_again(robot: Robot, problem: str) -> bool:
@@ -89,44 +72,55 @@ def may_be_kept_again(robot: Robot, problem: str) -> bool:
     Ranges of motors that are imposed are no such: they move evenly.
     """
     if problem == "motors":
-        return robot.limits_strain or bool(len(robot.motor_limits.loaded))
+        return robot.limits_strain or bool(robot.motor_limits.of_effort.any())
     return robot.limited
 
 
-def margins(equilibrium: Equilibrium) -> Floats:
-    """How far every limit is, negative where it does not hold.
+class LimitValues(NamedTuple):
+    """How far limits are at one place or at many.
 
-    Positions count in radians and rod lengths, efforts and strains relative to their limits.
+    Attributes:
+        margins: How far every limit is, negative where it does not hold, in the order of ``limits_of``,
+            (..., K). Positions count in natural units, efforts and strains relative to their limits.
+        smooth: The same from either end of the limits of motors, which has no kink, (..., S).
     """
+
+    margins: Floats
+    smooth: Floats
+
+
+_NO_LIMITS = LimitValues(np.zeros(0), np.zeros(0))
+
+
+def limits_along(robot: Robot, records: Floats) -> LimitValues:
+    """How far limits are at equilibria of a robot, whose records are (..., .)."""
+    limits, size = robot.motor_limits, robot.state_size
+    efforts = records[..., size + EFFORT : size + EFFORT + robot.motor_count]
+    sides = limits.sides_left(records[..., robot.arrays.motor_index : size], efforts)
+    found = LimitValues(nearest(sides), sides[..., limits.finite])
+    if not robot.limits_strain:
+        return found
+    strains = strains_in(robot, records[..., :size])
+    return LimitValues(*(with_strain_margins(robot, of_motors, strains) for of_motors in found))
+
+
+def limit_values(equilibrium: Equilibrium) -> LimitValues:
+    """How far they are at an equilibrium."""
     robot = equilibrium.robot
-    if not robot.limited:
-        return _NONE
-    found = motor_margins(robot, equilibrium.motors, equilibrium.efforts)
-    if not robot.limits_strain:
-        return found
-    return with_strain_margins(robot, found, bending_strains(equilibrium))
+    return limits_along(robot, equilibrium.record) if robot.limited else _NO_LIMITS
 
 
-def margins_along(robot: Robot, records: Floats) -> Floats:
-    """``margins`` of equilibria of a robot, (T, K), from their records, (T, ...)."""
-    size = robot.state_size
-    first_effort = size + EFFORT
-    found = motor_margins(
-        robot,
-        records[:, robot.arrays.motor_index : size],
-        records[:, first_effort : first_effort + robot.motor_count],
-    )
-    if not robot.limits_strain:
-        return found
-    return with_strain_margins(robot, found, strains_in(robot, records[:, :size]))
+def margins(equilibrium: Equilibrium) -> Floats:
+    """``LimitValues.margins`` at an equilibrium, (K,)."""
+    return limit_values(equilibrium).margins
 
 
 def with_strain_margins(robot: Robot, of_motors: Floats, strains: Floats) -> Floats:
-    """Margins of motors, and of the rods that have a limit of strain, (..., K), as ``margins``.
+    """Margins of motors, and of the rods that have a limit of strain, (..., K).
 
     Args:
         robot: The robot.
-        of_motors: As ``motor_margins``.
+        of_motors: Of the limits of motors, ``MotorLimitArrays.left``.
         strains: Largest bending strain of every rod, (..., R).
     """
     return np.concatenate([of_motors, strain_reserves(robot, strains)], axis=-1)

@@ -5,17 +5,21 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..kernels.continuation_kernel import WATCHED
 from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium, firm_margin, stepped
-from .hidden_changes import may_hide_in_one_step
-from .limits import grazes, margins, may_be_kept_again, violated
+from .hidden_changes import hidden_in_halves, may_hide_in_one_step
+from .limits import grazes, limits_along, margins, may_be_kept_again, undisturbed, violated
 from .targets import Target, apart
+from .watching import Watching
 
 __all__ = ["ALONE", "solve_near"]
 
 #: Longest step, in longest steps of a walk, that may be taken alone where something is watched that its
-#: ends may not show: longer ones are looked at in between, by a walk. By effort it is the motors' way.
+#: ends may not show: longer ones are looked at halfway too. By effort it is the motors' way, and longer
+#: ones are walked.
 ALONE = 0.1
 
 
@@ -24,8 +28,8 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
 
     Returns:
         None where a walk has to tell: farther away, where Newton's method does not contract, a sign
-        changes, or a limit or stability may be left on the way; and where a pose leaves redundant
-        motors free.
+        changes, or a limit, stability or an inverse singularity may be passed on the way; and where a
+        pose leaves redundant motors free.
     """
     robot, pose, by_effort = start.robot, target.problem == "pose", target.problem == "efforts"
     if pose and robot.redundancy > 0:
@@ -34,26 +38,54 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
         return None
     if stable_only and (start.index_free if by_effort else start.index_locked):
         return None
-    watched = pose or may_be_kept_again(robot, target.problem)
-    length = target.distance(start) / LONGEST_STEP if watched and not by_effort else 0.0
+    watching = Watching(may_be_kept_again(robot, target.problem), pose and stable_only, pose)
+    length = 0.0
+    if watching and not by_effort:
+        length = target.distance(start) / LONGEST_STEP
+    if length > 1.0:
+        return None
     if length > ALONE:
+        return _looked_at_halfway(start, target, watching)
+    end = _step(start, target)
+    if end is None or not _within_limits(start, end):
         return None
-    end = stepped(
-        start, robot, start.loads, start.load_arrays, target.problem, target.given(start), WATCHED
-    )
-    if end is None or (robot.limited and not _within_limits(start, end)):
-        return None
-    if watched and by_effort:  # near in what the motors do: a column hardly moves by large efforts
+    if watching and by_effort:  # near in what the motors do: a column hardly moves by large efforts
         length = float(apart(robot, "motors", start.motors, end.motors)) / LONGEST_STEP
         return end if length <= ALONE else None
-    if stable_only and pose:
-        before, after = firm_margin(start), firm_margin(end)
-        if may_hide_in_one_step(before, after, length):
-            return None
+    if watching.stability and may_hide_in_one_step(firm_margin(start), firm_margin(end), length):
+        return None
     return end
+
+
+def _step(start: Equilibrium, target: Target, fraction: float = 1.0) -> Equilibrium | None:
+    """One step on the way from an equilibrium to a target, on which no sign changes."""
+    given = target.given(start, fraction)
+    return stepped(
+        start, start.robot, start.loads, start.load_arrays, target.problem, given, WATCHED
+    )
+
+
+def _looked_at_halfway(
+    start: Equilibrium, target: Target, watching: Watching
+) -> Equilibrium | None:
+    """Two steps, where nothing that is watched may change its sign in either of them."""
+    middle = _step(start, target, 0.5)
+    end = None if middle is None else _step(middle, target)
+    if middle is None or end is None:
+        return None
+    robot, way = start.robot, (start, middle, end)
+    limits = limits_along(robot, np.stack([place.record for place in way]))
+    if undisturbed(limits.margins) < 2:
+        return None
+    watched = (watching.at(place, near) for place, near in zip(way, limits.smooth, strict=True))
+    if hidden_in_halves(*watched):
+        return None
+    return end.with_iterations(middle.iterations + end.iterations)
 
 
 def _within_limits(start: Equilibrium, end: Equilibrium) -> bool:
     """Whether limits hold at the end of a step, and did all along."""
+    if not end.robot.limited:
+        return True
     after = margins(end)
     return not violated(end.robot, after) and not grazes(margins(start), after)

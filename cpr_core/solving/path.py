@@ -20,14 +20,14 @@ from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.continuation_kernel import FREELY, UNPREDICTED
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
-from ..model.equilibrium import Equilibrium, described, firm_margin, stepped
+from ..model.equilibrium import Equilibrium, described, stepped
 from ..model.model_state import Configuration, evaluate
-from ..model.smallest_singular_value import smallest_singular_value
 from .deadline import Deadline
 from .hidden_changes import Watched
-from .limits import Limit, margins, may_be_kept_again, violated
+from .limits import Limit, limit_values, may_be_kept_again, violated
 from .path_equations import PathEquations
 from .targets import Target
+from .watching import Watching
 
 __all__ = ["OutOfTime", "Path", "Point", "Tangent"]
 
@@ -135,11 +135,13 @@ class Path:
         self.problem, self._robot, self._target = target.problem, robot, target
         self._equations = PathEquations(start, target, loads)
         self.looks_closely = singularities and target.problem != "pose"
-        self._stability = stability and target.problem == "pose"
-        self._limits_return = may_be_kept_again(robot, target.problem)
-        square = bool(robot.description.controlled) and not robot.redundancy
-        self._inverse = square and (target.problem == "pose" or self.looks_closely)
         self.conservative = self._equations.conservative
+        pose, square = self.problem == "pose", robot.description.controlled and not robot.redundancy
+        self._watching = Watching(
+            may_be_kept_again(robot, self.problem),
+            self.conservative and stability and pose,
+            self.conservative and bool(square) and (pose or self.looks_closely),
+        )
 
     @property
     def load_distance(self) -> float:
@@ -266,7 +268,7 @@ class Path:
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
         """A solution as a point."""
-        problem, margin = self.problem, margins(equilibrium)
+        problem, limits = self.problem, limit_values(equilibrium)
         index_locked, index_free, inverse_sign = equilibrium.signs
         index = index_free if problem == "efforts" else index_locked
         if not self.conservative:
@@ -281,27 +283,10 @@ class Path:
             index=index,
             sign=sign,
             inverse_sign=inverse_sign if self.conservative and self.looks_closely else 0,
-            margins=margin,
-            violated=violated(self._robot, margin),
-            watched=self._watched(equilibrium, margin, inverse_sign),
+            margins=limits.margins,
+            violated=violated(self._robot, limits.margins),
+            watched=self._watching.at(equilibrium, limits.smooth),
         )
-
-    def _watched(self, equilibrium: Equilibrium, margin: Floats, inverse_sign: int) -> Watched:
-        """What must not change its sign unseen.
-
-        Symmetric robots pass inverse singularities with two singular values at once: the determinant
-        keeps its sign, and Newton's method may not see it.
-        """
-        values, distance = list[float](), list[float]()
-        if self._limits_return:
-            sides = self._robot.motor_limits.sides_left(equilibrium.motors, equilibrium.efforts)
-            values += sides[np.isfinite(sides)].tolist()
-            values += margin[len(self._robot.motor_limits.order) :].tolist()
-        if self.conservative and self._stability:
-            values.append(firm_margin(equilibrium))
-        if self.conservative and self._inverse:
-            distance.append(inverse_sign * smallest_singular_value(equilibrium, True, None))
-        return Watched(tuple(values), tuple(distance))
 
 
 def _bordered(matrix: Floats, rate: Floats) -> Floats:

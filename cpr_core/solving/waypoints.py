@@ -30,7 +30,7 @@ from .deadline import Deadline
 from .events import PathEvent
 from .geometrico_statics import checked_start
 from .held_problem import held
-from .limits import margins_along, may_be_kept_again, undisturbed
+from .limits import limits_along, may_be_kept_again, undisturbed
 from .near_request import ALONE
 from .objectives import objective_of
 from .redundant_walk import walk_to
@@ -253,7 +253,7 @@ def _quiet(found: _Records, start: Equilibrium, records: Floats, singularities: 
         count = int(flipped[0]) if flipped.size else count
     if robot.limited:
         along = np.concatenate([start.record[None], records[:count]])
-        count = undisturbed(margins_along(robot, along))
+        count = undisturbed(limits_along(robot, along).margins)
     return count
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..model.bending_strain import strains_in
 from ..model.robot import Robot
-from ..solving.limits import motor_margins, with_strain_margins
+from ..solving.limits import with_strain_margins
 
 __all__ = ["limit_margins", "map_strains"]
 
@@ -38,7 +38,7 @@ def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:
         states: (M, N).
         efforts: (M, n) [N m or N].
     """
-    found = motor_margins(robot, states[:, robot.arrays.motor_index :], efforts)
+    found = robot.motor_limits.left(states[:, robot.arrays.motor_index :], efforts)
     if not robot.limits_strain:
         return found
     return with_strain_margins(robot, found, map_strains(robot, states))

@@ -169,11 +169,11 @@ class TrajectoryPlan:
 
     def _check_motors(self, last: Assessment, found: Sequence[Equilibrium], times: Floats) -> None:
         limits = last.equilibrium.robot.motor_limits
-        ranges = limits.ranges_left(np.array([equilibrium.motors for equilibrium in found]))
-        reserves = limits.effort_reserves(np.array([equilibrium.efforts for equilibrium in found]))
+        motors = np.array([equilibrium.motors for equilibrium in found])
+        left = limits.left(motors, np.array([equilibrium.efforts for equilibrium in found]))
         values = {
-            "motor_range": ranges.min(axis=1, initial=np.inf),
-            "effort_reserve": reserves.min(axis=1, initial=np.inf),
+            "motor_range": left[:, ~limits.of_effort].min(axis=1, initial=np.inf),
+            "effort_reserve": left[:, limits.of_effort].min(axis=1, initial=np.inf),
         }
         for name in self._of_motors:
             before = np.concatenate([[last.value(name)], values[name][:-1]])

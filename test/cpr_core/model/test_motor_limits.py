@@ -24,19 +24,22 @@ def test_they_are_those_of_every_motor_at_many_places_at_once():
     motors, efforts = random.uniform(-2.0, 9.0, (2, 5, 7, robot.motor_count))
     units = random.uniform(0.5, 2.0, robot.motor_count)
     limits = motor_limit_arrays(robot.description, units)
-    left, reserves = limits.ranges_left(motors), limits.effort_reserves(efforts)
+    found, sides = limits.left(motors, efforts), limits.sides_left(motors, efforts)
+    np.testing.assert_array_equal(found, sides.min(axis=-2))
+    left, reserves = found[..., ~limits.of_effort], found[..., limits.of_effort]
     for place in np.ndindex(5, 7):
         at, effort = motors[place], np.abs(efforts[place])
         ranges = [min(at[0] - 0.1, 6.9 - at[0]), min(at[3] + 1.0, 6.0 - at[3])] / units[[0, 3]]
         np.testing.assert_allclose(left[place], ranges, rtol=1e-14)
         borne = [1.0 - effort[1] / 2.0, 1.0 - effort[3] / 0.5]
         np.testing.assert_allclose(reserves[place], borne, rtol=1e-14)
-    numbers = np.concatenate([limits.ranged, limits.loaded])
-    np.testing.assert_array_equal(numbers[limits.order], [0, 1, 3, 3])
+    np.testing.assert_array_equal(limits.motors, [0, 1, 3, 3])
+    np.testing.assert_array_equal(limits.of_effort, [False, True, False, True])
 
 
 def test_a_robot_without_limits_has_none_to_reach():
     robot = robot_with(())
     limits = robot.motor_limits
-    assert limits.ranges_left(np.zeros((3, robot.motor_count))).shape == (3, 0)
-    assert limits.effort_reserves(np.zeros(robot.motor_count)).shape == (0,)
+    motors = np.zeros((3, robot.motor_count))
+    assert limits.left(motors, motors).shape == (3, 0)
+    assert limits.left(motors[0], motors[0]).shape == (0,)

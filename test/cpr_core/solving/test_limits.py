@@ -24,8 +24,8 @@ from cpr_core.solving.limits import (
     ROUNDING,
     check_limits,
     grazes,
+    limits_along,
     margins,
-    margins_along,
     undisturbed,
 )
 
@@ -141,7 +141,9 @@ def test_margins_along_a_way_are_those_of_every_equilibrium(made):
     ways = np.linspace(0.0, 0.05, 7)[:, None] * np.ones(robot.motor_count)
     along = [home, *trace_through(robot, motors=home.motors + ways).equilibria]
     records = np.array([each.record for each in along])
-    np.testing.assert_array_equal(margins_along(robot, records), [margins(each) for each in along])
+    np.testing.assert_array_equal(
+        limits_along(robot, records).margins, [margins(each) for each in along]
+    )
 
 
 @pytest.mark.parametrize("seed", range(20))

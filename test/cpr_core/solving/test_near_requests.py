@@ -3,6 +3,8 @@
 
 """Requests near by are served by the compiled near path, and all agree on what is near."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from helpers.bordered_index import index_by_eigenvalues
@@ -32,6 +34,7 @@ from cpr_core.kernels.record_layout import STEPS as STEPS_TAKEN
 from cpr_core.kernels.square_problem import Tolerances
 from cpr_core.lie import rotation_exp
 from cpr_core.model.equilibrium import new_record
+from cpr_core.solving.continuation import follow
 from cpr_core.solving.near_request import ALONE, solve_near
 from cpr_core.solving.path import Path
 from cpr_core.solving.requests import target_of
@@ -246,3 +249,30 @@ def test_efforts_themselves_need_not_be_near():
     found = solve_near(walk.start, target, stable_only=True)
     assert found is not None
     assert np.abs(found.motors - walk.start.motors).max() < 2e-3 * found.robot.mean_length
+
+
+@pytest.mark.parametrize("problem", ["motors", "pose"])
+def test_what_is_looked_at_halfway_is_what_a_walk_finds(problem):
+    """Whether it arrives, where, and that nothing is passed on the way."""
+    robots, random = [load_robot(name) for name in shipped_robots()], np.random.default_rng(3)
+    found, sizes = dict.fromkeys(robots, 0), np.geomspace(0.03, 0.6, 40)
+    for robot, (number, size) in product(robots, enumerate(sizes)):
+        home = solve_home(robot)
+        change = random.uniform(-1.0, 1.0, robot.motor_count) * robot.motor_units
+        try:
+            ahead = solve_forward(robot, home.motors + size * LONGEST_STEP * change)
+        except NotReached:
+            continue
+        target = target_of(home, problem, getattr(ahead, problem))
+        stable_only = number % 2 == 0
+        near = solve_near(home, target, stable_only)
+        if near is None or not ALONE < target.distance(home) / LONGEST_STEP <= 1.0:
+            continue
+        found[robot] += 1
+        walk = follow(home, target, home.loads, stable_only=stable_only)
+        assert walk.arrived
+        assert not walk.events
+        assert near.motors == pytest.approx(walk.last.motors, abs=1e-8)
+        assert near.platform_position == pytest.approx(walk.last.platform_position, abs=1e-8)
+        assert near.signs == walk.last.signs
+    assert sum(count > 3 for count in found.values()) >= 7, found

@@ -130,7 +130,7 @@ def test_noise_at_a_stop_does_not_lose_a_robot_and_a_place_beyond_it_is_told():
     """155 of 280 ticks were LOST, between others that were not."""
     tracking, random = Tracking("planar_body"), np.random.default_rng(0)
     motors = solve_home(tracking.robot).motors.copy()
-    name, stop = tracking.robot.motor_names[1], tracking.robot.motor_limits.upper[1]
+    name, stop = tracking.robot.motor_names[1], tracking.robot.description.motors[1].limits.upper
     for place in np.linspace(motors[1], stop, 40):
         motors[1] = place
         tracking.tick(motors)

@@ -218,7 +218,7 @@ def test_commands_that_were_held_before_are_held_when_the_motors_are_measured(se
 @pytest.mark.parametrize("session", ["planar_body"], indirect=True)
 def test_a_motor_that_rests_at_its_stop_is_measured_on_either_side_of_it(session):
     """A nanoradian beyond was refused, with words about branches."""
-    motors, stop = at(session).motors.copy(), session.robot.motor_limits.upper[1]
+    motors, stop = at(session).motors.copy(), session.robot.description.motors[1].limits.upper
     for beside in (1e-9, 0.9e-3, -1e-6):
         measured = motors + [0.0, stop + beside - motors[1], 0.0]
         begin_at_measured(session, measured)

@@ -1,0 +1,57 @@
+# Copyright 2026 The cpr_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is looked at along a way: limits, and what must not change its sign unseen within a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.equilibrium import Equilibrium, firm_margin
+from ..model.smallest_singular_value import smallest_singular_value
+from .hidden_changes import Watched
+
+__all__ = ["Watching"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Watching:
+    """What is watched along a way of a robot.
+
+    Attributes:
+        limits: Whether limits may be passed and kept again.
+        stability: Whether the margin of stability is, beside the stability index.
+        singularity: Whether the distance from an inverse singularity is. Symmetric robots pass these
+            with two singular values at once: the determinant keeps its sign, and Newton's method may not
+            see it.
+    """
+
+    limits: bool
+    stability: bool
+    singularity: bool
+
+    def __bool__(self) -> bool:
+        """Whether anything is."""
+        return self.limits or self.stability or self.singularity
+
+    def at(self, equilibrium: Equilibrium, limits: Floats) -> Watched:
+        """What must not change its sign unseen.
+
+        Args:
+            equilibrium: Where.
+            limits: ``LimitValues.smooth`` there, (S,).
+        """
+        values, distance = list[float](), list[float]()
+        if self.limits:
+            values += limits.tolist()
+        if self.stability:
+            values.append(firm_margin(equilibrium))
+        if self.singularity:
+            nearness = smallest_singular_value(equilibrium, True, None)
+            distance.append(equilibrium.signs.inverse_sign * nearness)
+        return Watched(tuple(values), tuple(distance))
