@@ -387,9 +387,28 @@ class Robot:
         """The rods that motors feed."""
         return tuple(rod for rod in self.numbers.rods if rod.length_index is not None)
 
+    @cached_property
+    def _feeds(self) -> tuple[Floats, Floats, list[int]]:
+        """Lengths of the fed rods with their motors at zero, change by these, numbers of these."""
+        first, rods = self.arrays.motor_index, self.fed_rods
+        zeros, ratios = np.array([(rod.element.zero, rod.element.ratio) for rod in rods]).T
+        return (
+            zeros,
+            ratios,
+            [rod.length_index - first for rod in rods if rod.length_index is not None],
+        )
+
+    def fed_lengths(self, motors: Floats) -> Floats:
+        """Lengths of the rods that motors feed, (..., F) [m], at motor positions (..., n)."""
+        zeros, ratios, numbers = self._feeds
+        lengths: Floats = zeros + ratios * motors[..., numbers]
+        return lengths
+
     def rods_exist(self, state: Floats) -> bool:
         """Whether all rods have a length in a state (N,)."""
-        return all(rod.length(state) > 0.0 for rod in self.fed_rods)
+        if not self.fed_rods:
+            return True
+        return bool((self.fed_lengths(state[self.arrays.motor_index :]) > 0.0).all())
 
     @cached_array
     def platform_indices(self) -> Integers:

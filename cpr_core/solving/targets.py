@@ -93,14 +93,12 @@ def check_rod_lengths(robot: Robot, motors: Floats) -> None:
     """
     if not robot.fed_rods:
         return
-    states = np.zeros((*motors.shape[:-1], robot.state_size))
-    states[..., robot.motor_indices] = motors
-    for rod in robot.fed_rods:
-        length = rod.length(states).min()
-        if not length > 0.0:
-            raise InvalidRequest(
-                "motors", f"{rod.element.motor}: expected a rod length above 0 m, got {length:g} m"
-            )
+    lengths = robot.fed_lengths(motors)
+    if lengths.min() > 0.0:
+        return
+    number = int(np.flatnonzero(~(lengths > 0.0).all(axis=tuple(range(lengths.ndim - 1))))[0])
+    motor, length = robot.fed_rods[number].element.motor, lengths[..., number].min()
+    raise InvalidRequest("motors", f"{motor}: expected a rod length above 0 m, got {length:g} m")
 
 
 def _pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
