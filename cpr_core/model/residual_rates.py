@@ -158,7 +158,7 @@ def _bent(equilibrium: Equilibrium) -> Floats:
     robot, arrays = equilibrium.robot, equilibrium.robot.arrays
     size = robot.state_size
     record, change = equilibrium.record.copy(), _BENT * np.cos(1.0 + 2.3 * np.arange(size))
-    for rod in robot.fed_rods:  # none becomes as short as nothing
+    for rod in robot.fed_rods.rods:  # none becomes as short as nothing
         motor = rod.length_index
         way = abs(rod.length(record[:size]) / rod.element.ratio)
         most = _BENT * way / arrays.unit[motor]

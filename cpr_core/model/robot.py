@@ -29,11 +29,12 @@ from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
 from ..rods.quadrature import RodGrid, distinct_stations, rod_grid
 from ..validation import cached_array, cached_property, checked_count, read_only
+from .fed_rods import FedRods, fed_rods
 from .load_arrays import load_arrays
 from .motor_limits import MotorLimitArrays, motor_limit_arrays
 from .platform_coordinates import PlatformCoordinates, platform_coordinates
 from .robot_arrays import robot_arrays
-from .state_numbers import RodNumbers, StateNumbers, state_numbers
+from .state_numbers import StateNumbers, state_numbers
 from .strain_matrices import curvature_stations, strain_grams, strain_stiffness, unit_motions
 
 __all__ = ["Robot", "checked_robot", "kept_with_robot"]
@@ -383,32 +384,13 @@ class Robot:
         return curvature_stations(self.numbers, self.curvature_sigma)
 
     @cached_property
-    def fed_rods(self) -> tuple[RodNumbers, ...]:
+    def fed_rods(self) -> FedRods:
         """The rods that motors feed."""
-        return tuple(rod for rod in self.numbers.rods if rod.length_index is not None)
-
-    @cached_property
-    def _feeds(self) -> tuple[Floats, Floats, list[int]]:
-        """Lengths of the fed rods with their motors at zero, change by these, numbers of these."""
-        first, rods = self.arrays.motor_index, self.fed_rods
-        zeros, ratios = np.array([(rod.element.zero, rod.element.ratio) for rod in rods]).T
-        return (
-            zeros,
-            ratios,
-            [rod.length_index - first for rod in rods if rod.length_index is not None],
-        )
-
-    def fed_lengths(self, motors: Floats) -> Floats:
-        """Lengths of the rods that motors feed, (..., F) [m], at motor positions (..., n)."""
-        zeros, ratios, numbers = self._feeds
-        lengths: Floats = zeros + ratios * motors[..., numbers]
-        return lengths
+        return fed_rods(self.numbers.rods, self.arrays.motor_index)
 
     def rods_exist(self, state: Floats) -> bool:
         """Whether all rods have a length in a state (N,)."""
-        if not self.fed_rods:
-            return True
-        return bool((self.fed_lengths(state[self.arrays.motor_index :]) > 0.0).all())
+        return self.fed_rods.exist(state[self.arrays.motor_index :])
 
     @cached_array
     def platform_indices(self) -> Integers:

@@ -91,13 +91,11 @@ def check_rod_lengths(robot: Robot, motors: Floats) -> None:
     Raises:
         InvalidRequest: A rod length of zero or less.
     """
-    if not robot.fed_rods:
+    fed = robot.fed_rods
+    if not fed.rods or (lengths := fed.lengths(motors)).min() > 0.0:
         return
-    lengths = robot.fed_lengths(motors)
-    if lengths.min() > 0.0:
-        return
-    number = int(np.flatnonzero(~(lengths > 0.0).all(axis=tuple(range(lengths.ndim - 1))))[0])
-    motor, length = robot.fed_rods[number].element.motor, lengths[..., number].min()
+    number = int(np.flatnonzero(~(lengths.reshape(-1, len(fed.rods)) > 0.0).all(axis=0))[0])
+    motor, length = fed.rods[number].element.motor, lengths[..., number].min()
     raise InvalidRequest("motors", f"{motor}: expected a rod length above 0 m, got {length:g} m")
 
 

@@ -22,7 +22,7 @@ def random_state(robot: Robot, rng: np.random.Generator):
     for rod in robot.numbers.rods:
         order = np.concatenate([np.arange(count) for count in rod.element.modes.counts])
         state[rod.strain] /= 1.0 + order**2
-    for rod in robot.fed_rods:
+    for rod in robot.fed_rods.rods:
         length = robot.mean_length * rng.uniform(0.7, 1.3)
         state[rod.length_index] = (length - rod.element.zero) / rod.element.ratio
     state[robot.platform_indices] = 0.0

@@ -101,7 +101,7 @@ def test_rod_lengths_stay_positive():
         ):
             with pytest.raises(InvalidRequest, match=refused):
                 ask(wanted)
-    assert len(load_robot("rfrfr").fed_rods) == 0
+    assert len(load_robot("rfrfr").fed_rods.rods) == 0
     content["home"]["motors"] = [0.0] * 6
     with pytest.raises(DescriptionError, match=r"home\.motors: expected positive rod lengths"):
         load_robot(content)
