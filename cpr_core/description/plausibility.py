@@ -56,6 +56,9 @@ _LONG, _LONGEST = 10.0, 100.0
 _THICKEST = 0.5
 #: Moduli [Pa]: of the softest solid there is, of soft ones, of none.
 _SOFTEST, _SOFT, _STIFFEST = 1e4, 1e6, 2e12
+#: Shear modulus over Young's, below and above what is doubted: metals have 0.4, glass and carbon along
+#: their fibres down to 0.02, tubes of crosswise fibres up to 10.
+_SHEARS_EASILY, _SHEARS_HARDLY = 3e-3, 30.0
 #: Densities [kg/m^3]: of the heaviest metal in g/cm^3, of what is soft.
 _LIGHTEST, _HEAVY = 30.0, 2000.0
 #: Strain that no material bears linearly: spring steel yields at 0.006, carbon fibre breaks at 0.015,
@@ -101,12 +104,8 @@ def check_rod(part: Part, rod: Rod, own: Collection[str]) -> None:
         raise part.fail("length", f"got {rod.length:g}: {_MILLIMETRES}")
     if rod.length > _LONG and "length" in own:
         _warn(part, "length", f"{rod.length:g} m: {_MILLIMETRES}?")
-    for name, modulus in (
-        ("young_modulus", rod.young_modulus),
-        ("shear_modulus", rod.shear_modulus),
-    ):
-        if rod.section.needs_moduli:
-            _check_modulus(part, name, modulus, rod.density, own)
+    if rod.section.needs_moduli:
+        _check_moduli(part, rod, own)
     section, straight = part.part("section"), np.array([1.0, 0.0])
     thickness = float(rod.section.bending_strain(straight, straight[::-1]).max())
     if thickness > _THICKEST * rod.length:
@@ -126,16 +125,27 @@ def check_rod(part: Part, rod: Rod, own: Collection[str]) -> None:
         )
 
 
-def _check_modulus(
-    part: Part, name: str, modulus: float, density: float, own: Collection[str]
-) -> None:
-    if modulus < _SOFTEST:
-        raise part.fail(name, f"got {modulus:g}: looks like GPa, expected Pa")
-    if modulus > _STIFFEST:
-        raise part.fail(name, f"got {modulus:g}: no material is as stiff, expected Pa")
-    stands = name in own or "density" in own
-    if stands and modulus < _SOFT and not 0.0 < density < _HEAVY:
-        _warn(part, name, f"{modulus:g}: looks like MPa, expected Pa")
+def _check_moduli(part: Part, rod: Rod, own: Collection[str]) -> None:
+    moduli = {"young_modulus": rod.young_modulus, "shear_modulus": rod.shear_modulus}
+    for name, modulus in moduli.items():
+        if modulus < _SOFTEST:
+            raise part.fail(name, f"got {modulus:g}: looks like GPa, expected Pa")
+        if modulus > _STIFFEST:
+            raise part.fail(name, f"got {modulus:g}: no material is as stiff, expected Pa")
+    light = 0.0 < rod.density < _HEAVY
+    soft = [name for name, modulus in moduli.items() if modulus < _SOFT and not light]
+    for name in soft:
+        if name in own or "density" in own:
+            _warn(part, name, f"{moduli[name]:g}: looks like MPa, expected Pa")
+    shears = rod.shear_modulus / rod.young_modulus
+    doubtful = not _SHEARS_EASILY < shears < _SHEARS_HARDLY
+    if doubtful and not soft and not moduli.keys().isdisjoint(own):
+        _warn(
+            part,
+            "shear_modulus" if "shear_modulus" in own else "young_modulus",
+            f"the shear modulus {rod.shear_modulus:g} is {shears:.2g} of Young's, "
+            f"{rod.young_modulus:g}, expected both in Pa: metals have 0.4",
+        )
 
 
 def _can_be_computed(rod: Rod) -> bool:

@@ -97,6 +97,36 @@ def test_what_looks_like_another_unit_is_said(path, value, says):
         read_description(content)
 
 
+@pytest.mark.parametrize(
+    ("young", "shear"), [(210e9, 82e6), (2.1e9, 820e9), (2.1e6, 820e6), (210e9, 42e6)]
+)
+def test_one_modulus_in_another_unit_than_the_other_is_said_once(young, shear):
+    """Where ball joints let rods untwisted, no answer shows it."""
+    content = shipped_content("three_rfs")
+    content["rod"] |= {"young_modulus": young, "shear_modulus": shear}
+    with pytest.warns(DescriptionWarning, match=r"rod\.shear_modulus: the shear modulus") as told:
+        read_description(content)
+    assert len(told) == 1
+
+
+@pytest.mark.parametrize(("young", "shear"), [(140e9, 4e9), (150e9, 2.5e9), (15e9, 35e9)])
+def test_fibres_along_a_rod_and_across_it_are_beyond_doubt(young, shear):
+    content = shipped_content("three_rfs")
+    content["rod"] |= {"young_modulus": young, "shear_modulus": shear}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
+        read_description(content)
+
+
+def test_a_rod_that_changes_one_modulus_alone_is_where_it_is_said():
+    content = shipped_content("three_prs")
+    content["legs"][1]["chain"][3]["rod"] = {"young_modulus": 2.1e7}
+    says = r"legs\[1\]\.chain\[3\]\.rod\.young_modulus: the shear modulus 8\.2e\+10 is 3\.9e\+03 of"
+    with pytest.warns(DescriptionWarning, match=says) as told:
+        read_description(content)
+    assert len(told) == 1
+
+
 @pytest.mark.parametrize("strain", [0.001, 0.006, 0.015, 0.08])
 def test_strains_that_steel_carbon_and_nitinol_bear_are_beyond_doubt(strain):
     content = shipped_content("three_rfs")
