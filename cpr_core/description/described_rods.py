@@ -39,24 +39,28 @@ def described_rod(part: Part, own: Collection[str] | None = None) -> Rod:
     """
     section_part = part.part("section")
     section = SECTIONS[section_part.get("shape")].from_description(section_part)
-    modulus = None if section.needs_moduli else 0.0
+    material = _material(part) if section.needs_moduli else {}
     rest = part.get("rest_curvature", {})
     if part.planar and (rest.get("torsion") or rest.get("bending_2")):
         raise part.fail("rest_curvature", "a planar rod is curved about d3 only")
     rod = Rod(
         length=part.number("length"),
         section=section,
-        young_modulus=part.number("young_modulus", modulus),
-        shear_modulus=part.number("shear_modulus", modulus),
-        density=part.number("density", 0.0),
         profile=_profile(part.part("profile")) if "profile" in part else UNIFORM,
         rest_curvature=strain_series(rest),
         yield_strain=part.number("yield_strain", np.inf),
+        **material,
     )
     if "yield_strain" in part and np.isnan(section.bending_strain(np.ones(1), np.ones(1))[0]):
         raise section_part.fail("", "missing field 'outer_radius': it has a yield_strain")
     check_rod(part, rod, part.content if own is None else own)
     return rod
+
+
+def _material(part: Part) -> dict[str, float]:
+    """What a section makes stiffness and mass of; read where it does, for what is read can be varied."""
+    moduli = {name: part.number(name) for name in ("young_modulus", "shear_modulus")}
+    return moduli | {"density": part.number("density", 0.0)}
 
 
 def lacking_modes(element: ChainRod) -> str:

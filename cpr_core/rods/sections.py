@@ -34,7 +34,8 @@ class Section(Described):
     """What a rod needs to know of its cross-section.
 
     Attributes:
-        needs_moduli: Whether its stiffness follows from Young's and the shear modulus.
+        needs_moduli: Whether its stiffness follows from Young's and the shear modulus, its mass from the
+            density.
     """
 
     needs_moduli: ClassVar[bool] = True

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.yaml_content import shipped_content
 
 from cpr_core import (
     DescriptionError,
@@ -52,6 +53,17 @@ def test_hostile_paths_are_refused(path, kind, told):
             question(path)
         assert type(caught.value) is kind
         assert caught.value.argument == "parameters"
+
+
+@pytest.mark.parametrize("name", ["young_modulus", "shear_modulus", "density"])
+def test_a_material_that_a_given_section_does_not_have_is_no_parameter(name):
+    content = shipped_content("six_rfs")
+    given = {"shape": "given", "torsion": 0.13, "bending_2": 0.16, "bending_3": 0.16}
+    content["rod"] = {"length": 1.0, "section": given}
+    robot = load_robot(content)
+    for question in (robot.parameter_values, lambda path: robot.with_parameters({path: 1e9})):
+        with pytest.raises(UnknownParameter, match=f"no number rod.{name}"):
+            question(f"rod.{name}")
 
 
 @pytest.mark.parametrize(
