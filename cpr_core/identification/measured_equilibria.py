@@ -6,12 +6,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..description.inherited_loads import inherited_loads
 from ..description.loads import Loads
+from ..description.plausibility import in_other_units
 from ..errors import CprError, InvalidRequest
 from ..kernels.problems import ProblemName
 from ..kernels.square_problem import Tolerances
@@ -28,6 +30,7 @@ from ..solving.targets import MotorTarget
 from .compared import measured_numbers, predicted_numbers
 from .compared_layout import POSE, joined
 from .doubts import unit_doubt
+from .effort_doubts import BETTER
 from .measurements import DrivenBy, Measurement, driven_by
 
 __all__ = ["first_equilibria", "followed"]
@@ -54,11 +57,11 @@ def first_equilibria(
 
     Raises:
         InvalidRequest: A start of another robot; rows that have no equilibrium on the branch, named; a
-            row without one that looks like other units.
+            row without one that looks like other units, or those that fit in other units.
     """
     home = checked_start(robot, start)
     known, found = [home], []
-    failures: list[str] = []
+    failures: list[tuple[Measurement, str]] = []
     for number, row in enumerate(rows):
         try:
             found.append(_solved(known, row))
@@ -67,17 +70,43 @@ def first_equilibria(
             doubt = unit_doubt(robot, row)
             if doubt:
                 raise InvalidRequest(row.label, doubt) from error
-            failures.append(f"{row.label}: {error}")
+            failures.append((row, f"{row.label}: {error}"))
         if progress is not None:
             progress((number + 1) / len(rows))
     if failures:
         more = f"; and {len(failures) - _NAMED} more" if len(failures) > _NAMED else ""
-        text = "; ".join(failures[:_NAMED])
+        named, told = zip(*failures[:_NAMED], strict=True)
+        text = "; ".join([*_other_units(home, named), *told])
         counted = (
             f"{len(failures)} of {len(rows)} rows have no equilibrium near the described robot"
         )
         raise InvalidRequest("measurements", f"{counted}: {text}{more}")
     return found
+
+
+def _other_units(home: Equilibrium, rows: Sequence[Measurement]) -> list[str]:
+    """As which other unit motors of rows that have no equilibrium tell what was measured, in words."""
+    driven = [
+        row.motors for row in rows if row.motors is not None and np.isfinite(row.motors).all()
+    ]
+    if len(driven) < len(rows):
+        return []
+    blind = [replace(row, motors=None) for row in rows]
+    before = sum(_contradiction(row, home) for row in blind)
+    readings = zip(
+        *(in_other_units(home.robot.description, motors) for motors in driven), strict=True
+    )
+    for reading in readings:
+        try:
+            meant = [
+                _solved([home], replace(row, motors=motors))
+                for row, (motors, _) in zip(rows, reading, strict=True)
+            ]
+        except CprError:
+            continue
+        if sum(map(_contradiction, blind, meant)) < BETTER**2 * before:
+            return [reading[0][1]]
+    return []
 
 
 def _solved(known: Sequence[Equilibrium], row: Measurement) -> Equilibrium:

@@ -241,6 +241,40 @@ def test_degrees_for_which_there_is_an_equilibrium_are_doubted_in_a_single_row_t
     assert any("looks like degrees" in doubt for doubt in found.doubts)
 
 
+def in_degrees(name, reach, **screw):
+    """A robot and rows of it whose motors are few degrees: none of them looks like that."""
+    content = shipped_content(name)
+    if screw:
+        for leg in content["legs"]:
+            leg["chain"][0] |= screw
+        content["home"]["motors"] = [40.0 * np.pi] * 3
+    robot = cpr_core.load_robot(content)
+    found = equilibria(robot, cpr_core.solve_home(robot), count=6, reach=reach)
+    return robot, changed(measured(found), motors=lambda row: np.degrees(row.motors))
+
+
+@pytest.mark.parametrize(
+    ("name", "screw", "reach"),
+    [("delta", {}, 0.1), ("three_prs", {"lead": 0.002, "limits": {"position": [0, 785]}}, 60.0)],
+)
+def test_degrees_that_limits_refuse_are_named_where_no_row_has_an_equilibrium(name, screw, reach):
+    robot, rows = in_degrees(name, reach, **screw)
+    with pytest.raises(InvalidRequest, match="rows have no equilibrium") as caught:
+        calibrate(robot, rows, "rod.length", DEVIATIONS)
+    assert ": motors: looks like degrees, expected radians; measurements[" in caught.value.problem
+
+
+def test_motors_beyond_their_limits_are_no_degrees_where_nothing_fits_them():
+    robot, rows = in_degrees("delta", 0.1)
+    swapped = [
+        replace(row, position=other.position, quaternion_wxyz=other.quaternion_wxyz)
+        for row, other in zip(rows, rows[::-1], strict=True)
+    ]
+    with pytest.raises(InvalidRequest, match="rows have no equilibrium") as caught:
+        calibrate(robot, swapped, "rod.length", DEVIATIONS)
+    assert "degrees" not in caught.value.problem
+
+
 def test_many_turns_of_a_geared_motor_are_no_degrees_when_something_else_is_wrong(geared):
     rows = measured(equilibria(geared, cpr_core.solve_home(geared), reach=40.0), seed=1)
     wrong = changed(rows, position=lambda row: row.position + [0.0, 0.0, 0.02])
