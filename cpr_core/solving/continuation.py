@@ -12,6 +12,7 @@ branch, or a jump, which is not taken. Near a fold the branch is followed by its
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -260,7 +261,13 @@ class _Walker:
 
     def _several_cross(self, low: Point) -> bool:
         """Whether more than two branches meet, as on symmetric paths of symmetric robots."""
-        return bool(np.sum(self.path.singular_values(low) < SINGULAR) > 1)
+        return self._crossing_ways(low) > 1
+
+    def _crossing_ways(self, point: Point) -> int:
+        """In how many ways branches may go on at a point, to first order."""
+        if math.isnan(point.equilibrium.margin):  # what hangs is hardly held anywhere
+            return self.path.bent_ways(point, SINGULAR)
+        return int(np.sum(self.path.singular_values(point) < SINGULAR))
 
     @on_one_blas_thread
     def _by_arc_length(self, point: Point) -> Point:
@@ -369,7 +376,7 @@ class _Walker:
 
     def _lost(self, first: Point, last: Point) -> _Ended:
         """The end where no step succeeds."""
-        if self.path.singular_values(last)[0] > SINGULAR:
+        if not self._crossing_ways(last):
             return self._ended(last, "lost", "no equilibrium is near the last one on the way")
         return self._ended_at_crossing(last, first, "branches cross, none of them goes straight on")
 

@@ -22,6 +22,7 @@ from ..kernels.continuation_kernel import FREELY, UNPREDICTED
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
 from ..model.equilibrium import Equilibrium, described, stepped
 from ..model.model_state import Configuration, evaluate
+from ..model.stability import elastic_hessian
 from .deadline import Deadline
 from .hidden_changes import Watched
 from .limits import Limit, limit_values, may_be_kept_again, violated
@@ -38,6 +39,8 @@ PREDICTION = 0.25
 #: Residual below which a point found by arc length is not corrected once more: where branches cross, an
 #: error is divided by the distance from the crossing.
 POLISHED = 1e-14
+#: Elastic energy below this part of what the stiffest strain stores is that of no strain.
+_UNBENT = 1e-6
 
 
 class OutOfTime(Exception):
@@ -186,12 +189,30 @@ class Path:
 
         Strains by their L2 norm along the rod, which no strain basis makes small.
         """
+        return np.asarray(scipy.linalg.svdvals(self._orthonormal_matrix(point))[::-1])
+
+    @on_one_blas_thread
+    def bent_ways(self, point: Point, bound: float) -> int:
+        """In how many ways branches may go on that bend rods: singular values below a bound.
+
+        What hangs by little weight has small ones everywhere, at no elastic energy: that is no crossing.
+        """
+        _, values, rows = scipy.linalg.svd(self._orthonormal_matrix(point))
+        legs = slice(self._robot.arrays.platform_index)
+        motions = self._robot.unit_motions[legs, legs]
+        elastic = motions.T @ elastic_hessian(point.equilibrium)[legs, legs] @ motions
+        ways = rows[values < bound, legs]
+        stored = np.linalg.eigvalsh(ways @ elastic @ ways.T)  # takes an empty one as well
+        return int(np.sum(stored > _UNBENT * np.diag(elastic).max()))
+
+    def _orthonormal_matrix(self, point: Point) -> Floats:
+        """The dimensionless matrix, strains by their L2 norm along the rod."""
         matrix, _ = self._equations.linearised(point.equilibrium, point.fraction)
         robot, legs = self._robot, slice(self._robot.arrays.platform_index)
         orthonormal = robot.unit_motions[legs, legs] / robot.arrays.unit[legs, None]
         matrix[legs] = orthonormal.T @ matrix[legs]
         matrix[:, legs] = matrix[:, legs] @ orthonormal
-        return np.asarray(scipy.linalg.svdvals(matrix)[::-1])
+        return matrix
 
     @on_one_blas_thread
     def tangent(self, point: Point, before: Tangent | None = None) -> Tangent:

@@ -10,6 +10,7 @@ import pytest
 from helpers.pendulum import pendulum, with_hanging_links
 
 from cpr_core import (
+    NoForwardSolution,
     UnstableEquilibrium,
     critical_load,
     derivatives,
@@ -55,6 +56,19 @@ def test_a_fold_under_a_load_is_a_critical_load(start):
         for robot in (start.robot, load_robot("rfrfr"))
     )
     assert found.value == pytest.approx(alone.value, rel=1e-4)
+    assert found.kind == alone.kind == "fold"
+
+
+def test_light_links_that_hang_make_no_crossing_of_a_fold(start):
+    """They are hardly held anywhere, which looked like a second branch; heavier ones did not."""
+    for mass in (1e-7, 1e-6, 1e-4):
+        paths = [f"legs[2].chain[{number}].mass" for number in (1, 3, 5)]
+        robot = start.robot.with_parameters(dict.fromkeys(paths, mass))
+        home = solve_home(robot)
+        loads = home.loads.with_(wrench_world=[0, 0, 0, 0, -6.0, 0])
+        with pytest.raises(NoForwardSolution, match="the branch turns back") as refused:
+            solve_forward(robot, home.motors, start=home, loads=loads)
+        assert refused.value.event.kind == "fold"
 
 
 @pytest.mark.parametrize("way", [0.0, 0.5, 0.95])

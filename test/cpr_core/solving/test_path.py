@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from helpers.ring_robots import three_swinging
 from helpers.shipped_steps import SHORT_FORM
 from helpers.strain_bases import with_basis
 
@@ -119,3 +120,16 @@ def test_singular_values_do_not_depend_on_the_strain_basis(name, problem):
         )
     )
     np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_ways_that_branches_go_on_in_are_those_that_vanish_where_nothing_hangs():
+    robot = three_swinging()
+    home = solve_home(robot)
+    below = target_of(home, "pose", [home.platform_position[2] - 0.02, 0.0, 0.0])
+    path = Path(home, below, home.loads)
+    crossing = path.begin()
+    for fraction in np.linspace(0.05, 0.537, 11):
+        crossing = path.at(crossing, fraction)
+    assert np.sum(path.singular_values(crossing) < 1e-3) == 2
+    assert path.bent_ways(crossing, 1e-3) == 2
+    assert path.bent_ways(path.begin(), 1e-3) == 0
