@@ -22,8 +22,8 @@ class ResultClock:
     """Reads ROS time while a goal is accepted, and else the steady time it was last set to.
 
     rcl_action asks one clock for the stamps of goals, which clients may cancel by, and for how long it
-    has kept a result. By simulated time a result was lost with a jump, and kept for ever in a pause. In
-    real time it is the clock of the node.
+    has kept a result. By ROS time a result was lost with a jump, as where ``use_sim_time`` is changed,
+    and kept for ever in a pause.
 
     An action server is made for it in place of the node, and must not outlive it.
     """
@@ -38,15 +38,12 @@ class ResultClock:
         """
         self._node, self._forget = node, forget
         self._kept, self._ended = kept * 10**9, 0
-        self._simulated = bool(node.get_parameter("use_sim_time").value)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        #: Of simulated time a clock of the kind that can be set.
-        self._clock = ROSClock() if self._simulated else node.get_clock()
+        self._clock = ROSClock()  # of the kind that can be set
         self._timer: Any = None
-        if self._simulated:
-            with self._clock.handle:
-                self._clock.handle.set_ros_time_override_is_enabled(True)
-            self._set_to_steady_time()
+        with self._clock.handle:
+            self._clock.handle.set_ros_time_override_is_enabled(True)
+        self._set_to_steady_time()
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._node, name)
@@ -57,18 +54,14 @@ class ResultClock:
 
     def begin_to_accept(self) -> None:
         """A goal is about to be stamped."""
-        if self._simulated:
-            self._clock.set_ros_time_override(self._node.get_clock().now())
+        self._clock.set_ros_time_override(self._node.get_clock().now())
 
     def accepted(self) -> None:
         """It was stamped."""
-        if self._simulated:
-            self._set_to_steady_time()
+        self._set_to_steady_time()
 
     def ending(self) -> None:
         """A goal is about to end: its result is kept from now on."""
-        if not self._simulated:
-            return
         self._ended = self._set_to_steady_time()
         if self._timer is None:
             self._timer = self._node.create_timer(1.0 / _RATE, self._go_on, clock=self._steady)

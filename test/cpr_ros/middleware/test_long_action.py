@@ -50,7 +50,6 @@ class Bench:
         self.client = ActionClient(node, MoveTo, "~/move_to")
         self.cancelling = node.create_client(CancelGoal, "~/move_to/_action/cancel_goal")
         self.clock = node.create_publisher(Clock, "/clock", 1)
-        self.until(lambda: self.clock.get_subscription_count() == 1)
 
     def until(self, done):
         end = time.monotonic() + TIMEOUT
@@ -63,6 +62,7 @@ class Bench:
         return future.result()
 
     def set_time(self, seconds):
+        self.until(lambda: self.clock.get_subscription_count() == 1)
         self.clock.publish(Clock(clock=Time(sec=seconds)))
         self.until(lambda: self.node.get_clock().now().nanoseconds == seconds * 10**9)
 
@@ -81,13 +81,19 @@ class Bench:
         return self.answer(self.cancelling.call_async(request)).goals_canceling
 
 
+@pytest.fixture
+def simulated():
+    """Whether time is simulated from the start."""
+    return True
+
+
 @pytest.fixture(params=[SingleThreadedExecutor, EventsExecutor])
-def bench(request, monkeypatch):
+def bench(request, monkeypatch, simulated):
     monkeypatch.setattr(long_action, "_RESULT_KEPT", KEPT)
     context = Context()
     rclpy.init(context=context, domain_id=free_domain())
-    simulated = Parameter("use_sim_time", value=True)
-    node = rclpy.create_node("asked", context=context, parameter_overrides=[simulated])
+    given = [Parameter("use_sim_time", value=simulated)]
+    node = rclpy.create_node("asked", context=context, parameter_overrides=given)
     executor = request.param(context=context)
     executor.add_node(node)
     bench = Bench(node, executor)
@@ -132,6 +138,21 @@ def test_all_results_are_forgotten_of_goals_that_come_one_after_the_other(bench)
     while time.monotonic() < begun + 0.8:
         bench.send()
     bench.until(lambda: not bench.action._server._goal_handles)
+
+
+@pytest.mark.parametrize("simulated", [False])
+def test_results_are_there_after_a_change_between_real_and_simulated_time(bench):
+    """They were forgotten at once where simulated time was left, and kept for ever where it came."""
+    for now in (False, True):
+        bench.node.set_parameters([Parameter("use_sim_time", value=now)])
+        if now:
+            bench.set_time(100)
+        goal = bench.send()
+        assert (goal.stamp.sec == 100) == now
+        bench.node.set_parameters([Parameter("use_sim_time", value=not now)])
+        assert bench.status(bench.send()) == GoalStatus.STATUS_SUCCEEDED
+        assert bench.status(goal) == GoalStatus.STATUS_SUCCEEDED
+        bench.until(lambda goal=goal: bench.status(goal) == GoalStatus.STATUS_UNKNOWN)
 
 
 def test_goals_are_cancelled_by_the_ros_time_they_came_at(bench):
