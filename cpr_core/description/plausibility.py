@@ -453,7 +453,10 @@ def angle_doubt(names: Iterable[str], pose: Iterable[float]) -> str:
 
 def degrees_doubt(name: str, angle: float) -> str:
     """What looks wrong with an angle [rad] of a platform, unchanged by whole turns; empty: nothing."""
-    return f"{name} at {angle:g} {_DEGREES}" if abs(angle) > _TURN else ""
+    if abs(angle) <= _TURN:
+        return ""
+    wrapped = math.remainder(angle, 2.0 * math.pi)
+    return f"{name} at {angle:g} {_DEGREES}; radians are taken without whole turns: {wrapped:.6g}"
 
 
 def in_other_units(description: RobotDescription, motors: Floats) -> Iterator[tuple[Floats, str]]:

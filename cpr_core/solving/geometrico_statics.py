@@ -102,7 +102,8 @@ def solve_inverse(
         pose: Controlled coordinates in the order of the description [m, rad]; ``orientation`` is a
             unit quaternion w x y z; ``roll``, ``pitch``, ``yaw`` are the angles of
             Rz(yaw) Ry(pitch) Rx(roll), where those not controlled are solved for; ``angle`` is the
-            planar angle from the x axis. Angles are within a whole turn: more looks like degrees.
+            planar angle from the x axis. Angles are within a whole turn, others left out: more looks
+            like degrees.
         start: Equilibrium whose branch is followed; default the robot's home.
         loads: Loads; default those of the start.
         stable_only: Refuse to pass or reach an unstable equilibrium.

@@ -86,6 +86,18 @@ def test_an_angle_in_degrees_is_not_met_whole_turns_less(turns):
             ask()
 
 
+@pytest.mark.parametrize("turns", [3, -1])
+def test_an_angle_that_counts_turns_is_told_without_them(turns):
+    """Of a controller whose angle goes on beyond a turn; what to do instead was not said."""
+    robot = load_robot("planar_body")
+    near = solve_home(robot).pose
+    with pytest.raises(InvalidRequest, match="radians are taken without whole turns: ") as caught:
+        solve_inverse(robot, near + [0.0, 0.0, 2.0 * np.pi * turns])
+    near[2] = float(caught.value.problem.rpartition(" ")[2])
+    np.testing.assert_allclose(solve_inverse(robot, near).pose, near, atol=1e-9)
+    assert near[2] == pytest.approx(solve_home(robot).pose[2], abs=1e-5)
+
+
 RAIL = {"joint": "prismatic", "axis": [1, 0, 0], "motor": "rail"}
 
 
