@@ -32,7 +32,8 @@ __all__ = ["Increments", "KinematoStatics", "kinemato_statics"]
 
 Floats = NDArray[np.float64]
 
-#: Part of the largest compliance, in radians and rod lengths, below which there is none: rounding is.
+#: Part of the largest compliance, and of that of a rod across itself, in radians and rod lengths, below
+#: which there is none: rounding is.
 _RIGID = 1e-12
 #: Condition number, in problem units, beyond which what is found is rounding.
 _SINGULAR = 1e12
@@ -318,9 +319,10 @@ class KinematoStatics(LinearProblems):
         robot, compliance = self.equilibrium.robot, self.compliance(motor_stiffness)
         unit = robot.arrays.unit[robot.platform_indices]
         scaled = compliance / unit[:, None] / unit
+        of_rod = 1.0 / problem_units(robot, None).energy
         directions, values, _ = np.linalg.svd(scaled)
-        if values[-1] <= _RIGID * values[0]:
-            held = np.abs(self.platform_by_wrench / unit[:, None] / unit).max()
+        if values[-1] <= _RIGID * max(values[0], of_rod):
+            held = max(np.abs(self.platform_by_wrench / unit[:, None] / unit).max(), of_rod)
             problem, way = "a platform that can move, this one cannot", directions[:, -1]
             if values[-1] > _RIGID * held:
                 problem, way = "motors that hold the platform, it moves freely", directions[:, 0]

@@ -123,6 +123,51 @@ def test_a_platform_that_cannot_move_along_a_rigid_leg_has_no_stiffness():
     close(model.stiffness([5.0, 5.0, 5.0]) @ yielding, np.eye(3))
 
 
+def nearly_straight(motor):
+    """A point between two cranks: from the one a rigid link, from the other a rod, straight at 2.2."""
+    link, rod = [{"link": [0.2, 0, 0]}], [{"rod": {}}]
+    elbow = {"joint": "revolute", "axis": [0, 0, 1], "name": "elbow"}
+    legs = [
+        {
+            "base": {"position": [x, 0, 0], "tangent": [1, 0, 0]},
+            "chain": [
+                {"joint": "revolute", "axis": [0, 0, 1], "motor": f"motor{x}"},
+                {"link": [0.1, 0, 0]},
+                *rest,
+            ],
+            "tip": {"type": "revolute", "position": [0, 0, 0]},
+        }
+        for x, rest in ((-0.12, [elbow, *link]), (0.12, rod))
+    ]
+    robot = load_robot(
+        {
+            "name": "nearly_straight",
+            "space": "planar",
+            "rod": {
+                "length": 0.2,
+                "section": {"shape": "circular", "radius": 0.001},
+                "young_modulus": 200e9,
+                "shear_modulus": 77e9,
+            },
+            "strain": {"bending_3": 5},
+            "platform": {"shape": "point"},
+            "legs": legs,
+            "controlled": ["x", "y"],
+            "home": {"motors": [1.5, 2.2], "joints": {"elbow": -0.2}},
+        }
+    )
+    return kinemato_statics(solve_forward(robot, [motor, 2.2]))
+
+
+@pytest.mark.parametrize("motor", [2.01, 2.07, 2.17, 2.25])
+def test_a_rigid_leg_has_no_stiffness_either_where_rods_hardly_yield(motor):
+    """What is left of the compliance along it is rounding, not a part of what is soft beside it."""
+    model = nearly_straight(motor)
+    assert np.linalg.eigvalsh(model.compliance())[0] == pytest.approx(0.0, abs=1e-14)
+    with pytest.raises(InvalidRequest, match=r"stiffness: .*this one cannot along its twist"):
+        model.stiffness()
+
+
 def turned_arm(motor, ratio=1.0):
     """A bow that a motor turns, clamped to the platform, without loads."""
     home = load_robot(
