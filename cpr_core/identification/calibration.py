@@ -23,7 +23,14 @@ from ..model.robot import Robot, checked_robot
 from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
-from .doubts import bound_doubts, check_measured, fit_doubts, frame_doubts, measured_doubts
+from .doubts import (
+    bound_doubts,
+    check_measured,
+    fit_doubts,
+    frame_doubts,
+    kind_doubts,
+    measured_doubts,
+)
 from .measured_equilibria import first_equilibria, followed
 from .measurements import (
     Measurement,
@@ -184,6 +191,7 @@ def _result(
         *doubts,
         *hardly_told(robot, problem.paths, values, deviations, sizes),
         *border_doubts(robot, problem.paths, values, deviations, start),
+        *kind_doubts(problem.rows, equilibria, determined),
     )
     words = unseen_in_words(known.unseen, hidden, problem.scales, problem.paths, values)
     return CalibrationResult(

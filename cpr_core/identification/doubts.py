@@ -31,6 +31,7 @@ __all__ = [
     "check_measured",
     "fit_doubts",
     "frame_doubts",
+    "kind_doubts",
     "measured_doubts",
     "plane_doubt",
     "unit_doubt",
@@ -46,6 +47,8 @@ _DIFFERENT = 10.0
 _BEYOND, _FREE = 1.6, 8
 #: With fewer of them residuals are so large by chance in so few cases where they are doubted.
 _CHANCE = 1e-3
+#: Residuals of one kind over their stated deviations that are no care, which states a little too much.
+_FAR_BELOW = 0.1
 #: How far out of its plane a planar robot may be measured: in standard deviations, and in rod lengths or
 #: radians. What is farther by both is of another frame, or of another order of numbers.
 _OUT_OF_PLANE, _NEAR_PLANE = 10.0, 0.02
@@ -321,6 +324,33 @@ def fit_doubts(
         *told,
         *([f"on the way there were no robots: {refused}"] if refused else []),
     ]
+
+
+def kind_doubts(
+    rows: Sequence[ComparedRow], found: Sequence[Equilibrium], determined: int
+) -> list[str]:
+    """Of which kinds of measurements the standard deviations are far above what is left of them.
+
+    They count for next to nothing then, and the others, whose deviations are right, hide it in the sum.
+
+    Args:
+        rows: How rows were compared.
+        found: Their equilibria, with the parameters found.
+        determined: How many parameters they determine.
+    """
+    pairs = zip(rows, found, strict=True)
+    left = np.concatenate([row.differences(each) / row.deviations for row, each in pairs])
+    kinds = np.concatenate([row.kinds for row in rows])
+    doubts = []
+    for kind, about in KINDS.items():
+        own = left[kinds == kind]
+        freedom = len(own) - determined
+        if freedom >= _FREE and (fit := float(np.sqrt(own @ own / freedom))) <= _FAR_BELOW:
+            doubts.append(
+                f"{kind}: residuals are {fit:.2g} times what their standard deviation says: it may be "
+                f"too large, or in another unit than {about.unit}"
+            )
+    return doubts
 
 
 def _other_efforts(rows: Sequence[ComparedRow], described: Sequence[Equilibrium]) -> str:

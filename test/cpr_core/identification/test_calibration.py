@@ -212,6 +212,26 @@ def test_what_is_weakly_determined_is_found_with_its_deviation(robot, home):
     assert found.values[0] == pytest.approx(200e9, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("kind", "factor", "unit"),
+    [("position", 1000.0, "m"), ("rotation", 57.3, "rad"), ("efforts", 1000.0, "N m or N")],
+)
+@pytest.mark.parametrize("loss", ["linear", "huber"])
+def test_one_deviation_in_another_unit_is_not_hidden_by_the_others(
+    robot, loaded, kind, factor, unit, loss
+):
+    true = replace(DEVIATIONS, efforts=2e-3)
+    rows = measured(loaded, seed=2, deviations=true, efforts=True)
+    assert calibrate(robot, rows, PATHS, true, loss=loss).doubts == ()
+    wrong = replace(true, **{kind: factor * getattr(true, kind)})
+    says = rf"^{kind}: residuals are 0\.\d+ times .* too large, or in another unit than {unit}$"
+    with pytest.warns(CalibrationWarning, match=says):
+        found = calibrate(robot, rows, PATHS, wrong, loss=loss)
+    assert [doubt for doubt in found.doubts if doubt.startswith(("pos", "rot", "eff"))] == [
+        doubt for doubt in found.doubts if doubt.startswith(kind)
+    ]
+
+
 def test_ratios_are_told_as_ratios(robot):
     weighing = robot.with_parameters(
         {"platform.mass": 0.1, "gravity[2]": -9.81, "rod.density": 0.0}

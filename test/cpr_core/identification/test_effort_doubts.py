@@ -173,13 +173,11 @@ def test_calibrations_tell_them_of_all_rows_together(gear):
     truth = robot.with_parameters({PATHS[0]: 190e9})
     loads = robot.default_loads if gear else payload(robot)
     found = equilibria(truth, solve_home(robot), count=4, loads=loads)
-    rows = measured(found, seed=0)
+    rows = measured(found, seed=0, deviations=exactness, efforts=True)
     factors = 1.0 / geared(name).ratios if gear else -np.ones(robot.motor_count)
 
     def doubts(factors):
-        given = [
-            replace(row, efforts=factors * at.efforts) for row, at in zip(rows, found, strict=True)
-        ]
+        given = [replace(row, efforts=factors * row.efforts) for row in rows]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CalibrationWarning)
             return calibrate(robot, given, PATHS[:1], exactness).doubts
