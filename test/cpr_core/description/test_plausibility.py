@@ -58,6 +58,11 @@ def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
     [
         (("rod", "length"), 45.0, f"rod.length: 45 m: {MILLIMETRES}"),
         (("rod", "young_modulus"), 210e3, "rod.young_modulus: 210000: looks like MPa"),
+        (
+            ("rod", "shear_modulus"),
+            5.4e11,
+            r"rod.shear_modulus: the shear modulus 5.4e\+11 is 2.6 of .* other way round\?",
+        ),
         (("rod", "density"), 7.8, r"rod.density: 7.8: looks like g/cm\^3"),
         (("rod", "yield_strain"), 2.0, "rod.yield_strain: 2: looks like per cent"),
         (("rod", "yield_strain"), 0.3, "rod.yield_strain: 0.3: .*, 0.01 for 1 %"),
@@ -150,6 +155,16 @@ def test_an_inertia_in_square_millimetres_is_said():
         DescriptionWarning, match=r"platform\.inertia: 3000 with 0\.3 kg: looks like kg"
     ):
         read_description(content)
+
+
+def test_a_modulus_in_mpa_is_doubted_in_one_way():
+    content = shipped_content("three_rfs")
+    content["rod"]["young_modulus"] = 210e3
+    with pytest.warns(DescriptionWarning) as told:
+        read_description(content)
+    assert [str(warning.message) for warning in told] == [
+        "three_rfs: rod.young_modulus: 210000: looks like MPa, expected Pa"
+    ]
 
 
 def test_rods_of_silicone_and_of_glass_fibre_are_beyond_doubt():
