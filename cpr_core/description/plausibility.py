@@ -64,6 +64,8 @@ _LIGHTEST, _HEAVY = 30.0, 2000.0
 #: Strain that no material bears linearly: spring steel yields at 0.006, carbon fibre breaks at 0.015,
 #: nitinol comes back from 0.08, rubbers go farther and stiffen. In per cent the first two are above it.
 _YIELDED = 0.1
+#: Turns that a rod bends by at rest which is a coil, and points at which its curvature is looked at.
+_COILED, _LOOKED_AT = 2.0, 9
 #: Angle of a motor [rad], and a distance in rod lengths.
 _MANY_TURNS, _FAR = 4.0 * math.pi, 10.0
 #: Angle of a platform [rad], a whole turn but for rounding.
@@ -106,6 +108,7 @@ def check_rod(part: Part, rod: Rod, own: Collection[str]) -> None:
         _warn(part, "length", f"{rod.length:g} m: {_MILLIMETRES}?")
     if rod.section.needs_moduli:
         _check_moduli(part, rod, own)
+    _check_bent_at_rest(part, rod, own)
     section, straight = part.part("section"), np.array([1.0, 0.0])
     thickness = float(rod.section.bending_strain(straight, straight[::-1]).max())
     if thickness > _THICKEST * rod.length:
@@ -145,6 +148,19 @@ def _check_moduli(part: Part, rod: Rod, own: Collection[str]) -> None:
             "shear_modulus" if "shear_modulus" in own else "young_modulus",
             f"the shear modulus {rod.shear_modulus:g} is {shears:.2g} of Young's, "
             f"{rod.young_modulus:g}, expected both in Pa: metals have 0.4 (or the other way round?)",
+        )
+
+
+def _check_bent_at_rest(part: Part, rod: Rod, own: Collection[str]) -> None:
+    """Whether curvatures at rest are in 1/m: they coil no rod, though a strip may be twisted far."""
+    bent = np.hypot(*rod.rest_curvature_at(np.linspace(0.0, 1.0, _LOOKED_AT)).T[1:])
+    turns = float(bent.max()) * rod.length / (2.0 * math.pi)
+    if turns > _COILED and ("rest_curvature" in own or "length" in own):
+        _warn(
+            part,
+            "rest_curvature",
+            f"{bent.max():g} 1/m coil a rod of {rod.length:g} m by {turns:.3g} turns: looks like "
+            "degrees per metre, or a radius in millimetres, expected 1/m",
         )
 
 

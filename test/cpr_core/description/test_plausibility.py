@@ -63,6 +63,11 @@ def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
             5.4e11,
             r"rod.shear_modulus: the shear modulus 5.4e\+11 is 2.6 of .* other way round\?",
         ),
+        (
+            ("rod", "rest_curvature"),
+            {"bending_2": [86.0]},
+            "rod.rest_curvature: 86 1/m coil a rod of 0.8 m by 10.9 turns: looks like degrees per metre",
+        ),
         (("rod", "density"), 7.8, r"rod.density: 7.8: looks like g/cm\^3"),
         (("rod", "yield_strain"), 2.0, "rod.yield_strain: 2: looks like per cent"),
         (("rod", "yield_strain"), 0.3, "rod.yield_strain: 0.3: .*, 0.01 for 1 %"),
@@ -154,6 +159,15 @@ def test_an_inertia_in_square_millimetres_is_said():
     with pytest.warns(
         DescriptionWarning, match=r"platform\.inertia: 3000 with 0\.3 kg: looks like kg"
     ):
+        read_description(content)
+
+
+@pytest.mark.parametrize("rest", [{"torsion": [100.0]}, {"bending_2": [5.0, 5.0, 5.0]}])
+def test_rods_that_are_twisted_or_bent_at_rest_are_beyond_doubt(rest):
+    content = shipped_content("three_rfs")
+    content["rod"]["rest_curvature"] = rest
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DescriptionWarning)
         read_description(content)
 
 
