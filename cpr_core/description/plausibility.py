@@ -79,6 +79,8 @@ _NOTHING = 1e-3
 _SLOWEST = 1e-4
 #: Distance of tips that are meant to be at one point, in rod lengths: parameters may be a little off.
 _APART = 0.05
+#: Error of a platform, in rod lengths, that nobody chooses modes for.
+_COARSE = 0.01
 #: Distance that no robot has, in rod lengths.
 _BEYOND = 1e9
 #: Distance from the origin of the world, in rod lengths, from which on rounding is seen.
@@ -310,7 +312,7 @@ def check_quaternion(part: Part, name: str, quaternion: Sequence[float]) -> None
 
 
 def check_positions(part: Part, description: RobotDescription) -> None:
-    """Whether bases, tips and platform are where the rods can reach.
+    """Whether bases, tips and platform are where the rods can reach, and an error is a small distance.
 
     Raises:
         DescriptionError: One is so far away that rounding hides the robot.
@@ -335,6 +337,9 @@ def check_positions(part: Part, description: RobotDescription) -> None:
     if tracker is not None and math.hypot(*tracker.position) > _LONGEST:
         _warn(part, "tracker.position", f"more than {_LONGEST:g} m away: {_MILLIMETRES}")
     _check_point(part, description)
+    if _COARSE * longest <= description.tolerance < math.inf:
+        coarse = f"{description.tolerance:g} m of rods of {longest:g} m: {_MILLIMETRES}?"
+        _warn(part, "strain.tolerance", coarse)
 
 
 def _check_point(part: Part, description: RobotDescription) -> None:

@@ -68,6 +68,11 @@ def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
             {"bending_2": [86.0]},
             "rod.rest_curvature: 86 1/m coil a rod of 0.8 m by 10.9 turns: looks like degrees per metre",
         ),
+        (
+            ("strain",),
+            {"tolerance": 0.01},
+            rf"strain.tolerance: 0.01 m of rods of 0.8 m: {MILLIMETRES}",
+        ),
         (("rod", "density"), 7.8, r"rod.density: 7.8: looks like g/cm\^3"),
         (("rod", "yield_strain"), 2.0, "rod.yield_strain: 2: looks like per cent"),
         (("rod", "yield_strain"), 0.3, "rod.yield_strain: 0.3: .*, 0.01 for 1 %"),
