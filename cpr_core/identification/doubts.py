@@ -29,6 +29,7 @@ from .tracker_rates import of_tracker
 __all__ = [
     "bound_doubts",
     "check_measured",
+    "deviation_doubts",
     "fit_doubts",
     "frame_doubts",
     "kind_doubts",
@@ -49,6 +50,8 @@ _BEYOND, _FREE = 1.6, 8
 _CHANCE = 1e-3
 #: Residuals of one kind over their stated deviations that are no care, which states a little too much.
 _FAR_BELOW = 0.1
+#: Standard deviation of a pose, in rod lengths or radians, with which nobody measures.
+_VAGUE = 0.1
 #: How far out of its plane a planar robot may be measured: in standard deviations, and in rod lengths or
 #: radians. What is farther by both is of another frame, or of another order of numbers.
 _OUT_OF_PLANE, _NEAR_PLANE = 10.0, 0.02
@@ -324,6 +327,19 @@ def fit_doubts(
         *told,
         *([f"on the way there were no robots: {refused}"] if refused else []),
     ]
+
+
+def deviation_doubts(robot: Robot, deviations: StandardDeviations) -> tuple[str, ...]:
+    """Which standard deviations of a pose look like another unit, before anything is measured."""
+    pairs = (
+        ("position", "m", robot.mean_length, "millimetres, expected metres"),
+        ("rotation", "rad", 1.0, "degrees, expected radians"),
+    )
+    return tuple(
+        f"{kind}: a standard deviation of {given:g} {unit} looks like {other}"
+        for kind, unit, natural, other in pairs
+        if (given := getattr(deviations, kind) or 0.0) >= _VAGUE * natural
+    )
 
 
 def kind_doubts(

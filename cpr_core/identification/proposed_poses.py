@@ -27,6 +27,7 @@ from ..solving.not_reached import NotReached
 from ..solving.targets import apart
 from ..validation import ReadOnlyArrays, checked_count, checked_number
 from .compared import compared_row
+from .doubts import deviation_doubts
 from .measurements import Frame, Measurement, StandardDeviations, checked_deviations
 from .number_doubts import hardly_told
 from .parameter_problem import natural_changes
@@ -67,7 +68,7 @@ class ProposedPoses(ReadOnlyArrays):
             where they do not tell.
         random: The same after as many random candidates, the median of many choices, (P,).
         undetermined: What these measurements would not tell, one line each.
-        doubts: Numbers that they would hardly tell, one line each.
+        doubts: Numbers that they would hardly tell, and deviations in other units, one line each.
     """
 
     equilibria: tuple[Equilibrium, ...]
@@ -150,7 +151,10 @@ def propose_poses(
         after,
         np.median(several, axis=0) * scales,
         unseen_in_words(known.unseen, np.isinf(after), scales, paths, values),
-        hardly_told(robot, paths, values, after, np.where(values == 0.0, scales, 0.0)),
+        (
+            *deviation_doubts(robot, deviations),
+            *hardly_told(robot, paths, values, after, np.where(values == 0.0, scales, 0.0)),
+        ),
     )
 
 

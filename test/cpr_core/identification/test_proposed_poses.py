@@ -48,6 +48,23 @@ def test_what_they_would_not_tell_is_named(robot):
         assert np.all(np.isinf(hidden.standard_deviations))
 
 
+@pytest.mark.parametrize(
+    ("other", "says"),
+    [
+        ({"position": 0.5}, "position: a standard deviation of 0.5 m looks like millimetres"),
+        ({"rotation": 0.11}, "rotation: a standard deviation of 0.11 rad looks like degrees"),
+    ],
+)
+def test_deviations_in_another_unit_are_told_before_anything_is_measured(
+    robot, proposed, other, says
+):
+    assert proposed.doubts == ()
+    found = propose_poses(
+        robot, PATHS[1:2], replace(DEVIATIONS, **other), 3, loads=[payload(robot)]
+    )
+    assert [doubt.startswith(says) for doubt in found.doubts] == [True]
+
+
 def test_random_poses_that_tell_nothing_leave_parameters_as_uncertain_as_they_were(robot):
     """Young's modulus shows under the payload only, which one candidate in five has."""
     loads = [robot.default_loads] * 4 + [payload(robot)]
