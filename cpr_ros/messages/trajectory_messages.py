@@ -17,6 +17,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from cpr_core import InvalidRequest, Robot
 from cpr_core.description.plausibility import motors_doubt
 from cpr_core.errors import distinct
+from cpr_core.solving.limits import ROUNDING
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
@@ -84,8 +85,7 @@ def trajectory_order(
     times = np.array([seconds_of(point.time_from_start) for point in points])
     _check_times(times)
     positions, velocities, accelerations = _columns(names, points, times)
-    positions = positions[:, order]
-    _check_ranges(robot, times, positions)
+    positions = _within_ranges(robot, times, positions[:, order])
     if not 0.0 <= goal_time_tolerance < np.inf:
         raise RequestError(
             ErrorCode.INVALID_ROBOT_STATE,
@@ -209,11 +209,20 @@ def _check_times(times: Floats) -> None:
         )
 
 
-def _check_ranges(robot: Robot, times: Floats, positions: Floats) -> None:
-    """Whether all points are within the ranges of the motors."""
+def _within_ranges(robot: Robot, times: Floats, positions: Floats) -> Floats:
+    """Positions, (P, n), those beyond a range by the accuracy of a solution at its end.
+
+    A pose may leave a motor there, and joint states say so.
+
+    Raises:
+        TrajectoryRefused: A point is farther beyond.
+    """
+    found = positions.copy()
     for number, motor in robot.limited_motors:
         lower, upper = motor.limits.lower, motor.limits.upper
-        for row in np.flatnonzero((positions[:, number] < lower) | (positions[:, number] > upper)):
+        found[:, number] = np.clip(positions[:, number], lower, upper)
+        beyond = np.abs(positions[:, number] - found[:, number])
+        for row in np.flatnonzero(beyond > ROUNDING * robot.motor_units[number]):
             told = distinct(float(positions[row, number]), lower, upper, fewest=6)
             doubt = motors_doubt(robot.description, positions[row], [])
             raise TrajectoryRefused(
@@ -222,7 +231,8 @@ def _check_ranges(robot: Robot, times: Floats, positions: Floats) -> None:
                 f"points[{row}].positions: expected {motor.name} within [{told[1]}, {told[2]}] "
                 f"{motor.unit}, got {told[0]}" + (f"; {doubt}" if doubt else ""),
             )
-    check_rod_lengths(robot, positions)
+    check_rod_lengths(robot, found)
+    return found
 
 
 def _column(

@@ -22,6 +22,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import InvalidRequest, NonFiniteInput, solve_forward, trace_through
 from cpr_core.model.assessment import Assessment, Threshold
+from cpr_core.solving.limits import ROUNDING
 from cpr_ros.following import trajectory_plan
 from cpr_ros.following.goals import MotorGoal
 from cpr_ros.following.motor_path import MotorPath
@@ -95,7 +96,7 @@ def test_a_motor_that_moves_at_the_end_is_named(velocity):
 
 @pytest.mark.parametrize(
     ("given", "told"),
-    [(1.5000001, r"1\.5000001"), (math.nextafter(1.5, 2.0), r"1\.5000000000000002")],
+    [(1.5000001, r"1\.5000001"), (1.5 + 1.001 * ROUNDING, r"1\.500000001")],
 )
 def test_motors_a_little_beyond_their_ranges_are_told_from_them(given, told):
     made = robot("planar_body")
@@ -104,6 +105,18 @@ def test_motors_a_little_beyond_their_ranges_are_told_from_them(given, told):
     words = rf"motor3 within \[-1\.5, 1\.5\] rad, got {told}\Z"
     with pytest.raises(TrajectoryRefused, match=words):
         trajectory_order(made, message, Time())
+
+
+def test_a_trajectory_may_begin_where_a_pose_has_left_a_motor():
+    """Poses are solved with motors beyond their ranges by the accuracy of a solution, and published."""
+    made = robot("three_prs")
+    points = [[0.2, 0.25 + 0.9 * ROUNDING * made.motor_units[1], 0.2], [0.2, 0.25, 0.21]]
+    message = JointTrajectory(joint_names=list(made.motor_names))
+    for second, positions in enumerate(points):
+        time = Duration(sec=second)
+        message.points.append(JointTrajectoryPoint(positions=positions, time_from_start=time))
+    order = trajectory_order(made, message, Time())
+    np.testing.assert_array_equal(order.positions, [[0.2, 0.25, 0.2], points[1]])
 
 
 @pytest.mark.parametrize(
