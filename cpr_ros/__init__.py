@@ -5,6 +5,7 @@
 
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 
@@ -19,8 +20,9 @@ def _find_ros_of_this_environment() -> None:
     # The shell may name a middleware that is not among the wheels.
     if not (prefix / f"lib/lib{os.environ.get('RMW_IMPLEMENTATION')}.so").exists():
         os.environ["RMW_IMPLEMENTATION"] = "rmw_fastrtps_cpp"
-    # ROS writes its logs below the home directory.
-    os.environ.setdefault("HOME", str(Path.home()))
+    # ROS writes its logs below the home directory, and says so itself where there is none.
+    with suppress(RuntimeError):
+        os.environ.setdefault("HOME", str(Path.home()))
 
 
 def _keep_linear_algebra_on_one_thread() -> None:

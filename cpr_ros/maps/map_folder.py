@@ -37,9 +37,15 @@ class MapFolder:
 
     @classmethod
     def of(cls, parameters: Parameters) -> MapFolder:
-        """What the parameters say."""
+        """What the parameters say.
+
+        Raises:
+            CprError: It is in the home of a user, who has none.
+        """
         given = parameters.map_directory
-        folder = Path(given).expanduser() if given else state_folder("") / "maps"
+        folder = state_folder(given, "map_directory")
+        if not given:
+            folder /= "maps"
         return cls(folder.absolute(), parameters.map_anywhere)
 
     def file(self, name: str) -> Path:

@@ -47,11 +47,23 @@ class LastState:
     commands: Floats
 
 
-def state_folder(given: str) -> Path:
-    """Where files are kept if nothing else is asked for: beside the logs of ROS."""
-    if given:
-        return Path(given).expanduser()
-    return Path(os.environ.get("ROS_HOME") or Path.home() / ".ros") / "cpr_ros"
+def state_folder(given: str, parameter: str = "state_directory") -> Path:
+    """Where files are kept if nothing else is asked for: beside the logs of ROS.
+
+    Args:
+        given: What a parameter says; empty: nothing else.
+        parameter: Its name.
+
+    Raises:
+        CprError: It is in the home of a user, who has none.
+    """
+    try:
+        if given:
+            return Path(given).expanduser()
+        return Path(os.environ.get("ROS_HOME") or Path.home() / ".ros") / "cpr_ros"
+    except RuntimeError as error:
+        hint = "" if given else " ROS_HOME may name one."
+        raise CprError(f"{parameter}: expected a folder, got {given!r}: {error}{hint}") from None
 
 
 class KeptState:

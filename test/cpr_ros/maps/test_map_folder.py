@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 from cpr_msgs.msg import ErrorCode
 
-from cpr_core import InvalidRequest
+from cpr_core import CprError, InvalidRequest
 from cpr_ros.error_codes import error_code
 from cpr_ros.maps.map_folder import MapFolder
 
@@ -83,3 +83,11 @@ def test_the_folder_is_that_of_the_parameters_or_beside_what_ros_keeps(monkeypat
             assert found.anywhere == anywhere
             assert found.folder.is_absolute()
             assert found.folder.is_relative_to(expected)
+
+
+def test_a_folder_that_nobody_knows_is_told():
+    parameters = SimpleNamespace(map_directory="~nobody-at-all/maps", map_anywhere=False)
+    with pytest.raises(
+        CprError, match=r"^map_directory: expected a folder, got '~nobody-at-all/maps'"
+    ):
+        MapFolder.of(parameters)

@@ -4,6 +4,7 @@
 """The last state of a robot on disk: what is kept is there again, of one node, at once."""
 
 import os
+import pwd
 import signal
 import subprocess
 import sys
@@ -149,3 +150,16 @@ def test_the_folder_is_that_of_ros(monkeypatch, tmp_path):
     monkeypatch.delenv("ROS_HOME")
     monkeypatch.setenv("HOME", "/home/me")
     assert state_folder("").as_posix() == "/home/me/.ros/cpr_ros"
+
+
+@pytest.mark.parametrize("given", ["", "~/robot", "~nobody-at-all/robot"])
+def test_a_folder_of_a_user_without_a_home_is_told(monkeypatch, given):
+    """A container with the number of a user that nobody has listed: there was a traceback."""
+    monkeypatch.delenv("ROS_HOME", raising=False)
+    monkeypatch.delenv("HOME")
+    monkeypatch.setattr(pwd, "getpwuid", {}.__getitem__)
+    for parameter in ("state_directory", "map_directory"):
+        with pytest.raises(
+            CprError, match=f"^{parameter}: expected a folder, got '{given}': Could"
+        ):
+            state_folder(given, parameter)
