@@ -16,6 +16,7 @@ from cpr_core.errors import distinct
 from ..following.pose_coordinates import PoseCoordinates
 from ..following.watchdog import Watchdog
 from .pose_history import HORIZON, PoseHistory
+from .several_cameras import LATENESS, RESOLUTION, SeveralCameras
 
 __all__ = ["MeasuredPose"]
 
@@ -23,10 +24,6 @@ Floats = NDArray[np.float64]
 
 #: How many measured poses have to agree after a jump, however often they come.
 _AGREEING = 5
-#: The platform may move so far without a change of the measured numbers [rod lengths, rad], and
-_RESOLUTION = 2e-3
-#: so long: a measurement may be that late without telling.
-_LATENESS = 0.2
 #: A pose that is not believed is left aside for so long before it is a problem: cameras mistake a
 #: picture or two for something else [s].
 _MOMENT = 0.1
@@ -55,11 +52,13 @@ class MeasuredPose:
         """
         self._coordinates, self._history = coordinates, history
         self.watchdog = Watchdog(timeout)
+        self._others = SeveralCameras(coordinates, history)
         self.forget()
 
     def forget(self) -> None:
         """Be as if no pose had ever come."""
         self.watchdog.forget()
+        self._others.forget()
         self.newest: Floats | None = None
         self.problem = ""
         self._heard = math.nan  # when the last message came, whatever it was
@@ -114,7 +113,16 @@ class MeasuredPose:
             f"was when it came is not known"
         )
 
-    def take(self, pose: Floats, now: float, delay: float, jump: float, settling: float) -> bool:
+    def take(
+        self,
+        pose: Floats,
+        now: float,
+        delay: float,
+        jump: float,
+        settling: float,
+        *,
+        several: bool = False,
+    ) -> bool:
         """Take a measured pose; says whether it is believed.
 
         Args:
@@ -123,6 +131,7 @@ class MeasuredPose:
             delay: Time since it was measured, by its stamp [s]; negative: clocks differ.
             jump: How far it may be from the one before, more than the platform moved [rod lengths, rad].
             settling: How long measured poses have to agree after a jump [s].
+            several: Whether there may be several who measure it.
         """
         timeout, self._heard = self.watchdog.timeout, now
         oldest = min(timeout, HORIZON) if timeout > 0.0 else HORIZON
@@ -134,14 +143,18 @@ class MeasuredPose:
             self.problem = self.clocks_differ
             return False
         before, self._before = self._before, pose
-        way = self._history.travelled(now - delay - _LATENESS)
+        way = self._history.travelled(now - delay - LATENESS)
         way_then, self._way_then = self._way_then, way
         self.watchdog.feed(now)
+        if several:
+            self._others.hear(pose, way, now - delay, now)
         change = math.inf
         if before is not None:
             change, moved = self._from(before, way_then, pose, now)
             if self._goes_on(pose, now, jump, settling):
                 self._jump = ""
+                if several:
+                    self._others.came_back(before, way_then, change, jump, now)
             elif change > jump + moved:
                 self._note_jump(change, moved, now)
         if change > 0.0:
@@ -154,7 +167,7 @@ class MeasuredPose:
                 return False
             self._jump = ""
         self.newest, self._believed = pose, (pose, way, now)
-        self.problem = self._stuck(way)
+        self.problem = self._others.problem(now, settling) or self._stuck(way)
         return not self.problem
 
     def _from(
@@ -193,6 +206,6 @@ class MeasuredPose:
     def _stuck(self, way: float) -> str:
         """Why numbers that stay the same are no measurement; empty if they may be one."""
         moved = way - self._way_at_change
-        if moved <= _RESOLUTION:
+        if moved <= RESOLUTION:
             return ""
         return f"the measured pose does not change, the platform moved by {moved:.3g} rod lengths or rad"

@@ -180,17 +180,18 @@ class PoseLoop:
         """Take note of a measured pose that is none, at a steady time [s]."""
         self._measured.refuse(problem, now)
 
-    def take(self, pose: Floats, now: float, delay: float = 0.0) -> None:
+    def take(self, pose: Floats, now: float, delay: float = 0.0, *, several: bool = False) -> None:
         """Take a measured pose.
 
         Args:
             pose: Controlled coordinates, as :func:`cpr_core.solve_inverse` takes them.
             now: Steady time of its receipt [s].
             delay: Time since it was measured, by its stamp [s]; negative: clocks differ.
+            several: Whether there may be several who measure it.
         """
         settings, space = self.settings, self.coordinates
-        age = self._measured.watchdog.age(now)
-        if not self._measured.take(pose, now, delay, settings.jump, settings.settling):
+        age, limits = self._measured.watchdog.age(now), (settings.jump, settings.settling)
+        if not self._measured.take(pose, now, delay, *limits, several=several):
             return
         delay = max(0.0, delay)
         then, newest = self._history.at(now - delay), self._history.newest

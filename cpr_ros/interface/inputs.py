@@ -59,7 +59,9 @@ __all__ = ["Inputs"]
 
 #: The newest setpoint is the one that counts; some by name may belong together.
 NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
-#: How long it is taken for true whether several measure the motors [s].
+#: Topic of the platform as it is measured.
+_POSE = "~/measured_platform_pose"
+#: How long it is taken for true whether several measure the motors, or the platform [s].
 _COUNTED_FOR = 1.0
 #: Setpoints that rclpy is too slow to read: see CommandMessage and read_pose.
 _READ_FROM_BYTES = (f"~/{COMMANDS}", f"~/{PLATFORM_SETPOINT}")
@@ -96,7 +98,9 @@ class Inputs:
         self._node, self._frames, self._session, self._clock = node, frames, session, clock
         #: By number of motors.
         self._ready: dict[int, CommandMessage] = {}
-        self._several, self._counted_at = False, -math.inf
+        self._several: dict[
+            str, tuple[float, bool]
+        ] = {}  # by topic: when it was looked, and whether
         self._subscriptions: list[Subscription] = []
         own = own_measured_topic(node)
         if own:
@@ -112,7 +116,7 @@ class Inputs:
             (JointState, MEASURED, self._measured, qos_profile_sensor_data),
             (
                 PoseStamped,
-                "~/measured_platform_pose",
+                _POSE,
                 self._measured_pose,
                 qos_profile_sensor_data,
             ),
@@ -215,7 +219,7 @@ class Inputs:
             session.measured.refuse(str(error))
             raise
         else:
-            several = self._several_measure(now)
+            several = self._several_measure(MEASURED, now)
             if session.tracking is not None:
                 session.tracking.take(motors, now, several * session.others.tolerance)
             elif session.take_measured(motors, now, several):
@@ -223,11 +227,13 @@ class Inputs:
         finally:
             self._feel(session, message, now)
 
-    def _several_measure(self, now: float) -> bool:
-        """Whether several publish measured motors; asked once a second, as it takes a while."""
-        if now - self._counted_at >= _COUNTED_FOR:
-            self._counted_at, self._several = now, other_publishers(self._node, MEASURED) > 1
-        return self._several
+    def _several_measure(self, topic: str, now: float) -> bool:
+        """Whether several publish what is measured; asked once a second, as it takes a while."""
+        counted_at, several = self._several.get(topic, (-math.inf, False))
+        if now - counted_at >= _COUNTED_FOR:
+            several = other_publishers(self._node, topic) > 1
+            self._several[topic] = now, several
+        return several
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
         delay = measurement_delay(message.header, self._node.get_clock().now())
@@ -236,7 +242,11 @@ class Inputs:
             current = session.solver.current.equilibrium
             message = platform_in_base(current, message, self._frames)
             if corrected:
-                session.loop.take(measured_pose(session.robot, message), now, delay)
+                pose, several = (
+                    measured_pose(session.robot, message),
+                    self._several_measure(_POSE, now),
+                )
+                session.loop.take(pose, now, delay, several=several)
         except CprError as error:
             if corrected:
                 session.loop.refuse(str(error), now)

@@ -45,8 +45,9 @@ class ClosedLoop:
         begin_at(self.session, self.model, self.model.motors, 0.0)
         self.real = SoftRobot(name, payload)
         self.now, self.longest_step, self.states = 100.0, 0.0, []
-        # The camera: time between pictures, their delay, whether it tells it, what it makes of a pose.
-        self.every, self.delay, self.stamped = 0.02, 0.0, True
+        # The camera: time between pictures, their delay, whether it tells it, whether there are several,
+        # what it makes of a pose.
+        self.every, self.delay, self.stamped, self.several = 0.02, 0.0, True, False
         self.seen: Callable[[np.ndarray], np.ndarray | None] = lambda pose: pose
         self._next, self._pictures = self.now, deque()
 
@@ -93,7 +94,8 @@ class ClosedLoop:
         while self._pictures and self.now >= self._pictures[0][0] + self.delay - 1e-9:
             taken, pose = self._pictures.popleft()
             if pose is not None:
-                self.session.loop.take(pose, self.now, self.stamped * (self.now - taken))
+                late = self.stamped * (self.now - taken)
+                self.session.loop.take(pose, self.now, late, several=self.several)
 
 
 def frozen(bench, seconds, text):

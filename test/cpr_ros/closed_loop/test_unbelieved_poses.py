@@ -3,6 +3,8 @@
 
 """Measured poses that are old, jump, hang or are none: the correction freezes, and it is told why."""
 
+from itertools import cycle
+
 import numpy as np
 import pytest
 from helpers.closed_loop import SLACK, TARGET, ClosedLoop, frozen, live
@@ -105,6 +107,49 @@ def test_outliers_again_and_again_are_left_aside_and_told(bench, every, in_a_row
     bench.run(11.0)
     assert (bench.status.loop, bench.status.text) == (Loop.CLOSED, "")
     assert bench.longest_step <= SLACK
+
+
+def in_turn(*cameras):
+    """Several cameras, one picture each."""
+    turns = cycle(cameras)
+    return lambda pose: next(turns)(pose)
+
+
+@pytest.mark.parametrize("way", [0.03, 0.06, 0.2])
+def test_a_camera_that_hangs_beside_another_one_freezes_the_correction(bench, way):
+    """Its numbers were believed in turn: the robot was led away by the largest correction there is."""
+    bench.run(3.0)
+    hung, bench.several = bench.real.equilibrium.pose.copy(), True
+    bench.seen = in_turn(lambda pose: pose, lambda pose: hung)
+    bench.follow(TARGET + [way, 0.0])
+    bench.run(2.0)
+    frozen(bench, 5.0, "in two places in turn, " if way > 0.05 else "the same again and again, ")
+    assert bench.error(TARGET + [way, 0.0]) < 0.05
+    bench.seen = lambda pose: pose
+    bench.run(5.0)
+    assert bench.status.loop == Loop.CLOSED
+    assert bench.error(TARGET + [way, 0.0]) < 1e-6
+
+
+def test_two_cameras_that_contradict_each_other_freeze_the_correction(bench):
+    """The one that came first was believed, right or wrong, and a goal reached by it."""
+    bench.several = True
+    bench.seen = in_turn(lambda pose: pose + 0.05, lambda pose: pose, lambda pose: pose)
+    bench.run(1.0)
+    frozen(bench, 3.0, "in two places in turn, 0.071 rod lengths or rad apart, by several who")
+
+
+def test_several_cameras_that_agree_may_mistake_a_picture_now_and_then(bench):
+    noise, bench.several = np.random.default_rng(0), True
+    bench.seen = in_turn(
+        *[lambda pose: pose, lambda pose: pose + noise.normal(0.0, 1e-7, 2)] * 20,
+        lambda pose: pose + noise.normal(0.0, 0.3, 2),
+    )
+    bench.follow(TARGET + [0.02, 0.01])
+    for _ in range(250):
+        bench.tick()
+        assert bench.status.loop == Loop.CLOSED or "on its way" in bench.status.text
+    assert bench.error(TARGET + [0.02, 0.01]) < 1e-6
 
 
 def test_an_outlier_is_not_followed(bench):

@@ -120,6 +120,17 @@ def test_every_topic_is_one_of_setpoints_or_known_to_be_none():
     }
 
 
+@pytest.mark.parametrize(("publishers", "frozen"), [(1, False), (2, True)])
+def test_poses_of_several_cameras_are_looked_at_as_such(publishers, frozen):
+    listening = Listening(robot("rfrfr"))
+    listening.measured_by, home = publishers, solve_home(robot("rfrfr")).pose
+    for number in range(20):
+        listening.now += 0.02
+        x, y = home + 0.06 * (number % 2)
+        listening.hear_pose([x, y, 0.0], [1.0, 0.0, 0.0, 0.0])
+    assert ("two places" in listening.session.loop._measured.problem) == frozen
+
+
 def test_motors_that_are_not_named_keep_their_setpoint():
     listening = Listening(robot("rfrfr"))
     listening.hear_motors(motor1=2.7)
