@@ -19,9 +19,9 @@ from cpr_core import CprError, Robot
 
 from ..following.two_places import TwoPlaces, apart_in_words
 from ..messages.motor_messages import measured_motors
-from ..middleware.publishers import other_publisher_names, other_publishers, own_publishers
+from ..middleware.publishers import other_publisher_names, other_publishers, own_topic
 
-__all__ = ["MEASURED", "FirstMeasured", "first_measured", "own_measured_topic"]
+__all__ = ["MEASURED", "FirstMeasured", "first_measured"]
 
 #: Topic of the motors as they are measured.
 MEASURED = "measured_joint_states"
@@ -45,14 +45,6 @@ class FirstMeasured(NamedTuple):
     instead: str
 
 
-def own_measured_topic(node: Node) -> str:
-    """Topic of the measured motors if the node itself publishes to it, else empty.
-
-    What it believes would pass for what is measured.
-    """
-    return str(node.resolve_topic_name(MEASURED)) if own_publishers(node, MEASURED) else ""
-
-
 def first_measured(
     node: Node,
     robot: Robot,
@@ -71,7 +63,7 @@ def first_measured(
         given_up: Asked many times a second: whether to stop waiting.
         tolerance: How far publishers may be apart [rad, rod lengths]; 0: as far as they like.
     """
-    own = own_measured_topic(node)
+    own = own_topic(node, MEASURED)
     if own:
         return FirstMeasured(None, f"{MEASURED} is {own}, where the node itself publishes")
     joints, useless = dict[str, None](), ""

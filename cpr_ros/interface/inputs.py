@@ -44,7 +44,7 @@ from ..messages.pose_bytes import read_pose
 from ..messages.trajectory_messages import trajectory_order
 from ..messages.wrench_messages import whole_pose
 from ..middleware.dropped_messages import DroppedMessages
-from ..middleware.publishers import other_publishers
+from ..middleware.publishers import other_publishers, own_topic
 from ..operation.session import Session
 from ..setpoint_topics import (
     COMMANDS,
@@ -53,7 +53,7 @@ from ..setpoint_topics import (
     PLATFORM_SETPOINT,
     PLATFORM_TWIST,
 )
-from .first_measured import MEASURED, own_measured_topic
+from .first_measured import MEASURED
 
 __all__ = ["Inputs"]
 
@@ -98,15 +98,9 @@ class Inputs:
         self._node, self._frames, self._session, self._clock = node, frames, session, clock
         #: By number of motors.
         self._ready: dict[int, CommandMessage] = {}
-        self._several: dict[
-            str, tuple[float, bool]
-        ] = {}  # by topic: when it was looked, and whether
+        #: By topic: when it was counted, and whether several publish there.
+        self._several: dict[str, tuple[float, bool]] = {}
         self._subscriptions: list[Subscription] = []
-        own = own_measured_topic(node)
-        if own:
-            node.get_logger().warning(
-                f"{MEASURED} is {own}, where the node itself publishes: nothing is taken from there"
-            )
         for kind, topic, take, qos in (
             (JointState, f"~/{MOTOR_SETPOINT}", self._motor_setpoint, SOME),
             (Float64MultiArray, f"~/{COMMANDS}", self._commands, NEWEST),
@@ -122,7 +116,10 @@ class Inputs:
             ),
             (TwistStamped, f"~/{PLATFORM_TWIST}", self._platform_twist, NEWEST),
         ):
-            if topic == MEASURED and own:
+            if own := own_topic(node, topic):
+                node.get_logger().warning(
+                    f"{topic} is {own}, where the node itself publishes: nothing is taken from there"
+                )
                 continue
             as_bytes = topic in _READ_FROM_BYTES
             self._subscriptions.append(

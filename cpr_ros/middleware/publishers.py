@@ -7,13 +7,21 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
-__all__ = ["other_publisher_names", "other_publishers", "own_publishers"]
+__all__ = ["other_publisher_names", "other_publishers", "own_publishers", "own_topic"]
 
 
 def own_publishers(node: Node, name: str) -> int:
     """How many publishers of the node have a topic by its name, which may be remapped."""
     topic = node.resolve_topic_name(name)
     return sum(publisher.topic_name == topic for publisher in node.publishers)
+
+
+def own_topic(node: Node, name: str) -> str:
+    """Topic that a name means, if the node itself publishes to it, else empty.
+
+    What it believes would pass for what is measured, and what it commands for what is asked of it.
+    """
+    return str(node.resolve_topic_name(name)) if own_publishers(node, name) else ""
 
 
 def other_publishers(node: Node, name: str) -> int:

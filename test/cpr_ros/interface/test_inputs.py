@@ -417,6 +417,16 @@ def test_a_node_does_not_measure_by_what_it_publishes_itself():
     )
 
 
+@pytest.mark.parametrize("topic", ["~/measured_platform_pose", "~/external_wrench", "~/commands"])
+def test_a_node_hears_nothing_that_it_publishes_itself(topic):
+    """With its own pose for a measured one every goal was measured at its target."""
+    listening = Listening(robot("rfrfr"), published=["/joint_states", f"/{topic}"])
+    assert listening.warnings == [
+        f"{topic} is /{topic}, where the node itself publishes: nothing is taken from there"
+    ]
+    assert topic not in listening._callbacks
+
+
 @pytest.mark.parametrize("source", ["setpoint", "measured"])
 @pytest.mark.parametrize("unplaced", [False, True])
 def test_joints_of_others_alone_are_no_mistake(source, unplaced):
