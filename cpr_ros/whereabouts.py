@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,24 @@ _MEASURED_WAIT = 5.0
 _MENDED = 4
 #: How long after the start of the node others may take to be discovered [s].
 _DISCOVERY = 1.5
+
+
+class _Since(NamedTuple):
+    """A moment, told by what was in a file then: clocks are set, and disks have their own.
+
+    Attributes:
+        time: System time [s].
+        seen: Whether it could be looked when the file was written last.
+        written: When (system time of its disk); None: it was not there.
+    """
+
+    time: float
+    seen: bool
+    written: float | None
+
+    def before(self, written: float) -> bool:
+        """Whether it was before the file was written last, by the time of its disk [s]."""
+        return written != self.written if self.seen else written > self.time
 
 
 class Whereabouts:
@@ -77,8 +96,8 @@ class Whereabouts:
         self._newest: _Place | None = None
         #: How often in a row the file was not there.
         self._missing = 0
-        #: Since when a place is known that is in no file (system time); None: there is none.
-        self._unkept_since: float | None = None
+        #: Since when a place is known that is in no file; None: there is none.
+        self._unkept_since: _Since | None = None
         folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
         self._file = folder / f"{name}.{node.context.get_domain_id()}.state"
@@ -254,7 +273,7 @@ class Whereabouts:
         if self._newest is None or not _same(place, self._newest):
             self._newest = place
             if self._kept is None:
-                self._unkept_since = time.time()
+                self._unkept_since = _now(self._file)
                 return
             try:
                 self._kept.keep(*place)
@@ -278,8 +297,8 @@ class Whereabouts:
             )
         self._failing = False
 
-    def _open_later(self, since: float) -> None:
-        """Try what failed at the start, for a place that is known since then (system time).
+    def _open_later(self, since: _Since) -> None:
+        """Try what failed at the start, for a place that is known since then.
 
         A file of another robot or description is left alone, and so is one that was written later. One
         that is not there may have been removed under a node that is about to mend it.
@@ -292,7 +311,7 @@ class Whereabouts:
             kept = KeptState(self._file, self._session.robot)
         except OSError:
             return
-        later = before is not None and before > since and not kept.empty
+        later = before is not None and since.before(before) and not kept.empty
         if kept.problem or kept.damage or later:
             kept.close()
             if later:
@@ -315,6 +334,14 @@ class Whereabouts:
         """Let the file go."""
         if self._kept is not None:
             self._kept.close()
+
+
+def _now(file: Path) -> _Since:
+    """Now, as far as what is written to a file is concerned."""
+    try:
+        return _Since(time.time(), True, _last_written(file))
+    except OSError:
+        return _Since(time.time(), False, None)
 
 
 def _last_written(file: Path) -> float | None:

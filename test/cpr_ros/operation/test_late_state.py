@@ -21,6 +21,10 @@ def at(*motors):
     return solve_forward(ROBOT, motors)
 
 
+def closed_folder(path, **options):
+    raise PermissionError(path)
+
+
 class Late:
     """The whereabouts of a node whose file another one has."""
 
@@ -89,6 +93,39 @@ def test_whoever_wrote_later_knows_better(late):
     late.whereabouts.look_after_file()
     late.whereabouts.close()
     assert late.kept() == [2.8, 0.4]
+
+
+@pytest.mark.parametrize("ahead", [-3600.0, 3600.0])
+def test_no_clock_tells_who_knows_better(late, ahead):
+    """It was set meanwhile, or the disk has one of its own: the place of now was never kept."""
+    late.others(3.0, 0.3, before=-ahead)
+    late.moves(2.7, 0.4)
+    late.other.close()
+    late.whereabouts.look_after_file()
+    late.whereabouts.close()
+    assert late.kept() == [2.7, 0.4]
+
+
+@pytest.mark.parametrize("ahead", [-3600.0, 3600.0])
+def test_whoever_wrote_later_knows_better_by_any_clock(late, ahead):
+    late.moves(2.7, 0.4)
+    late.others(3.4, -0.2, before=-ahead)
+    late.other.close()
+    late.whereabouts.look_after_file()
+    assert late.kept() == [3.4, -0.2]
+
+
+@pytest.mark.parametrize(("before", "expected"), [(-1.0, [3.4, -0.2]), (10.0, [2.7, 0.4])])
+def test_where_nobody_could_look_the_clock_tells(late, monkeypatch, before, expected):
+    """The folder was closed then."""
+    late.others(3.4, -0.2, before=before)
+    with monkeypatch.context() as closed:
+        closed.setattr(os, "stat", closed_folder)
+        late.moves(2.7, 0.4)
+    late.other.close()
+    late.whereabouts.look_after_file()
+    late.whereabouts.close()
+    assert late.kept() == expected
 
 
 def test_where_nothing_is_known_nothing_is_made(late):
