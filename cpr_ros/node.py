@@ -39,6 +39,7 @@ from .operation.session import Session
 from .operation.starting_place import HELD
 from .process.giving_way import GivingWay
 from .process.in_pieces import InPieces
+from .process.once_a_second import ONCE_A_SECOND
 from .process.parts import Parts
 from .process.periodic import Periodic
 from .process.stop_signal import Stopped, StopSignal
@@ -164,7 +165,7 @@ class CprNode(LifecycleNode):
     def log_exception(self) -> None:
         """Tell what was raised just now, which is not to end the node."""
         if rclpy.ok():
-            self.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
+            self.get_logger().error(traceback.format_exc(), **ONCE_A_SECOND)
 
     def until_due(self) -> float:
         """Time until something is due [s]."""

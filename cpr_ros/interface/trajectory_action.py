@@ -24,6 +24,7 @@ from ..messages.conversions import Frames
 from ..messages.trajectory_messages import Tolerances, point_message, seconds_of, trajectory_order
 from ..middleware.long_action import LongAction
 from ..operation.session import Session
+from ..process.once_a_second import ONCE_A_SECOND
 from .joint_trajectory_action import FollowJointTrajectoryDialect
 from .reached import reached
 
@@ -131,7 +132,7 @@ class TrajectoryAction(LongAction):
                 if session is not None and motion.goal is not None:
                     handle.publish_feedback(self._feedback(session, handle, motion))
         except Exception:
-            self._node.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
+            self._node.get_logger().error(traceback.format_exc(), **ONCE_A_SECOND)
 
     def _feedback(self, session: Session, handle: ServerGoalHandle, motion: Motion) -> Any:
         names, goal = list(handle.request.trajectory.joint_names), motion.goal

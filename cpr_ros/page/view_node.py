@@ -26,6 +26,7 @@ from cpr_core import CprError, Robot, load_robot
 from cpr_core.model.assessment import Threshold
 from cpr_core.viewing.bars import Bar, bar
 
+from ..process.once_a_second import ONCE_A_SECOND
 from ..setpoint_topics import MOTOR_SETPOINT, SETPOINTS
 from .marker_lines import lines_of
 from .node_page import NodePage
@@ -90,7 +91,7 @@ class ViewNode(Node):
             try:
                 work(*heard)
             except Exception as error:
-                self.get_logger().error(traceback.format_exc(), throttle_duration_sec=1.0)
+                self.get_logger().error(traceback.format_exc(), **ONCE_A_SECOND)
                 self.page.fail(error)
 
         return guarded

@@ -15,6 +15,7 @@ from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from ..process.once_a_second import ONCE_A_SECOND
 from .node_arguments import closest
 from .parameter_table import PARAMETERS
 
@@ -69,7 +70,7 @@ def _changed(node: Node, messages: Iterable[ParameterMessage]) -> SetParametersR
         return SetParametersResult(successful=False, reason=str(error))
     except Exception as error:
         reason = f"internal error: {type(error).__name__}: {error}"
-        node.get_logger().error(f"parameters: {reason}", throttle_duration_sec=1.0)
+        node.get_logger().error(f"parameters: {reason}", **ONCE_A_SECOND)
         return SetParametersResult(successful=False, reason=reason)
 
 
