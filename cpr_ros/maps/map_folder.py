@@ -75,7 +75,15 @@ class MapFolder:
                 "places are allowed by the parameter map_anywhere",
             )
         if inside:
-            self.folder.mkdir(parents=True, exist_ok=True)
+            self._make()
         if file.exists() and not (file.is_file() or file.is_dir()):
             raise InvalidRequest("file", f"expected an ordinary file, {file} is none")
         return file
+
+    def _make(self) -> None:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InvalidRequest(
+                "file", f"{self.folder} (parameter map_directory) cannot be made: {error}"
+            ) from None

@@ -91,3 +91,11 @@ def test_a_folder_that_nobody_knows_is_told():
         CprError, match=r"^map_directory: expected a folder, got '~nobody-at-all/maps'"
     ):
         MapFolder.of(parameters)
+
+
+def test_a_folder_that_cannot_be_made_is_told_and_not_the_name_of_the_file(tmp_path):
+    (tmp_path / "file").write_text("")
+    for folder, why in ((tmp_path / "file", "File exists"), (tmp_path / "file/maps", "Not a dir")):
+        told = refusal(MapFolder(folder, False), "map.nc")
+        assert told.startswith(f"file: {folder} (parameter map_directory) cannot be made: ")
+        assert why in told
