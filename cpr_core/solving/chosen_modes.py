@@ -58,8 +58,8 @@ def choose_modes(robot: Robot, tolerance: float) -> Robot:
     """The same robot with the fewest strain modes per rod and direction that are exact enough.
 
     They are so at home and with every motor moved from there by 0.1 rad (or rod lengths) to either side;
-    elsewhere `error_of` tells. Torsion is among them, where rods twist. Straight legs buckle within a
-    hundredth of where continuous ones do.
+    elsewhere `error_of` tells. Torsion is among them, where rods twist or would under a wrench on the
+    platform. Straight legs buckle within a hundredth of where continuous ones do.
 
     Args:
         robot: The robot; its own numbers of modes do not matter.

@@ -18,17 +18,21 @@ from ..blas_threads import on_one_blas_thread
 from ..description.robot_description import ModeCounts
 from ..kernels.twist_layout import FIRST_LINEAR
 from ..model.equilibrium import Equilibrium
+from ..validation import cached_property
 
 __all__ = ["fewest_modes"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Torsion is left out of a rod only where that changes nothing, as the estimated error does not see a
-#: direction without modes: so much of the budget, and of how far any wrench moves the platform.
+#: Modes of torsion are given up only where that changes nothing, so much, of how far any wrench moves
+#: the platform: what no motor twists shows nothing of it before there are loads. The last one of a rod
+#: also of the budget, as the estimated error does not see a direction without modes.
 _NOTHING = 1e-3
 #: Compliance of a coordinate, dimensionless, that others hold where it is: rounding.
 _HELD = 1e-14
+#: Compliance of a platform, of the largest there is, that is rounding: straight legs hold it rigidly.
+_RIGID = 1e-12
 
 
 @on_one_blas_thread
@@ -47,26 +51,21 @@ def fewest_modes(
     first = [rod.strain.start + np.cumsum([0, *rod.element.modes.counts[:2]]) for rod in rods]
     truncated = _Truncated.none(exact)
     while True:
-        candidates = [
-            (truncated.moved_without(first[rod][direction] + count - 1), rod, direction)
+        candidates = sorted(
+            (_farthest(truncated.moved_without(first[rod][direction] + count - 1)), rod, direction)
             for rod, counts in enumerate(left)
             for direction, count in enumerate(counts)
             if count > (bending[rod] if direction else int(rods[rod].element.uncoils[direction]))
-        ]
-        allowed = [
-            (_farthest(moved), rod, direction)
-            for moved, rod, direction in candidates
-            if left[rod][direction] > 1
-            or (
-                _farthest(moved - truncated.moved) < _NOTHING * budget
-                and truncated.stiffer_without(first[rod][direction]) < _NOTHING
-            )
-        ]
-        farthest, rod, direction = min(allowed, default=(np.inf, 0, 0))
-        if farthest > budget:
+        )
+        for farthest, rod, direction in candidates:
+            last = first[rod][direction] + left[rod][direction] - 1
+            most = _NOTHING * budget if left[rod][direction] == 1 else np.inf
+            if farthest <= budget and (direction > 0 or truncated.is_idle(last, most)):
+                left[rod][direction] -= 1
+                truncated = truncated.without(last)
+                break
+        else:
             return [(torsion, bending_2, bending_3) for torsion, bending_2, bending_3 in left]
-        left[rod][direction] -= 1
-        truncated = truncated.without(first[rod][direction] + left[rod][direction])
 
 
 def _farthest(moved: Floats) -> float:
@@ -112,6 +111,11 @@ class _Truncated:
         lever = self.length * self.compliance[:, self.axes, index]
         return self.moved - lever * self._force(index)[:, None]
 
+    def is_idle(self, index: int, most: float) -> bool:
+        """Whether giving up a coordinate makes no platform stiffer, nor moves one as far as that [m]."""
+        idle = self.stiffer_without(index) < _NOTHING
+        return idle and _farthest(self.moved_without(index) - self.moved) < most
+
     def stiffer_without(self, index: int) -> float:
         """Largest part of its compliance that the platform loses in any direction without a coordinate.
 
@@ -119,9 +123,18 @@ class _Truncated:
         """
         own = np.maximum(self.compliance[:, index, index], _HELD)
         column = self.compliance[:, self.platform, index]
-        platform = self.compliance[:, self.platform[:, None], self.platform]
-        parts = np.einsum("pi,pij,pj->p", column, np.linalg.pinv(platform, hermitian=True), column)
+        parts = np.einsum("pi,pij,pj->p", column, self._platform_stiffness, column)
         return float(np.abs(parts / own).max())
+
+    @cached_property
+    def _platform_stiffness(self) -> Floats:
+        """Of the platforms, dimensionless, (P, platform, platform)."""
+        platform = self.compliance[:, self.platform[:, None], self.platform]
+        rounding = _RIGID * self.compliance.max(axis=(1, 2))
+        found: Floats = np.linalg.inv(
+            platform + rounding[:, None, None] * np.eye(len(self.platform))
+        )
+        return found
 
     def without(self, index: int) -> _Truncated:
         """One more coordinate held as at rest."""

@@ -64,6 +64,13 @@ def test_uneven_rods_keep_what_it_takes(radius, profile):
     assert found[0] == pytest.approx(found[1], rel=0.015)
 
 
+@pytest.mark.parametrize("fed", [True, False])
+def test_rods_of_a_truss_have_no_torsion_by_rounding(fed):
+    """They hold the platform rigidly: it has no compliance that could be lost."""
+    chosen = load_robot(truss({"tolerance": 1e-5}, fed=fed))
+    assert [rod.modes.counts for rod in chosen.description.rods] == [(0, 3, 3)] * 6
+
+
 def test_uneven_rods_have_modes_in_every_basis():
     """With 24 monomials there may be no home."""
     for basis in ("monomials", "chebyshev"):
