@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,7 @@ from .discretisation_error import error_of
 from .fewest_modes import fewest_modes
 from .geometrico_statics import solve_forward
 from .home import solve_home
-from .not_reached import NotReached
+from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
 
 __all__ = [
     "TOLD",
@@ -49,6 +50,9 @@ TOLD = 0.5
 #: How far motors are moved from home, one by one, in their units: at home alone straight rods would need
 #: no modes at all.
 _PROBE = 0.1
+#: Where a limit ends that way, so much of what there is of it is gone: with fewer modes a motor gives
+#: more, or a rod bends farther.
+_WITHIN = 0.9
 #: What modes may be given up for, of the tolerance: at first, and from try to try, as they are given up
 #: by what they do to first order only.
 _BUDGET, _LESS, _TRIES = 0.9, 0.6, 8
@@ -57,9 +61,9 @@ _BUDGET, _LESS, _TRIES = 0.9, 0.6, 8
 def choose_modes(robot: Robot, tolerance: float) -> Robot:
     """The same robot with the fewest strain modes per rod and direction that are exact enough.
 
-    They are so at home and with every motor moved from there by 0.1 rad (or rod lengths) to either side;
-    elsewhere `error_of` tells. Torsion is among them, where rods twist or would under a wrench on the
-    platform. Straight legs buckle within a hundredth of where continuous ones do.
+    They are so at home and with every motor moved from there by 0.1 rad (or rod lengths) to either side,
+    where limits let it; elsewhere `error_of` tells. Torsion is among them, where rods twist or would
+    under a wrench on the platform. Straight legs buckle within a hundredth of where continuous ones do.
 
     Args:
         robot: The robot; its own numbers of modes do not matter.
@@ -111,15 +115,19 @@ def _bending_of_uneven(robot: Robot) -> list[int]:
 def equilibria_near_home(robot: Robot) -> tuple[Equilibrium, ...]:
     """Home, and the stable equilibria around it: every motor moved by 0.1 of its unit to either side.
 
+    Where a limit of a motor or rod is nearer, almost to that.
+
     Raises:
         CprError: There is no home.
     """
     found = [home := solve_home(robot)]
     for step in np.kron(np.diag(_PROBE * robot.motor_units), [[-1.0], [1.0]]):
-        try:
-            found.append(solve_forward(robot, home.motors + step, start=home, stable_only=True))
-        except NotReached:
-            continue
+        with suppress(NotReached):
+            try:
+                found.append(solve_forward(robot, home.motors + step, start=home, stable_only=True))
+            except (MotorLimitExceeded, StrainLimitExceeded) as error:
+                inside = home.motors + _WITHIN * error.fraction * step
+                found.append(solve_forward(robot, inside, start=home, stable_only=True))
     return tuple(found)
 
 

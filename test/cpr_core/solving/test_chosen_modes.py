@@ -199,6 +199,19 @@ def test_rods_that_loads_twist_unevenly_have_all_the_torsion_they_need(rod):
     assert_allclose(np.diag(yields[0]), np.diag(yields[1]), rtol=5e-3, atol=1e-12)
 
 
+def test_motors_with_narrow_limits_are_moved_as_far_as_these():
+    """They were not moved at all, and straight legs were exact at home alone."""
+    content, many = shipped_content("gough_stewart"), load_robot("gough_stewart", modes=14)
+    home = solve_home(many)
+    step = 0.09 * many.mean_length
+    for leg in content["legs"]:
+        leg["motor"]["limits"] = {"position": [home.motors[0] - step, home.motors[0] + step]}
+    moved = home.motors + np.array([0.99 * step, 0, 0, 0, 0, 0])
+    robots = choose_modes(load_robot(content), 1e-5), many
+    at = [solve_forward(robot, moved).platform_position for robot in robots]
+    assert_allclose(*at, rtol=0.0, atol=1e-5)
+
+
 def test_the_numbers_of_before_do_not_matter():
     few, many = (choose_modes(load_robot("rfrfr", modes=modes), 1e-6) for modes in (2, 9))
     assert counts_of(few) == counts_of(many)
