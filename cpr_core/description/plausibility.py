@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers that look like another unit: errors where no robot can be meant, else warnings.
+"""Numbers of a description that look like another unit: errors where no robot can be meant, else warnings.
 
 The bounds leave room for every robot that is known to be built: rods of hydrogel and of diamond, of
 micrometres and of tens of metres.
@@ -19,14 +19,21 @@ from numpy.typing import NDArray
 from ..description_part import Part
 from ..errors import DescriptionWarning
 from ..rods.rod import Rod
-from .chain import ChainJoint, ChainRod, Link
+from .chain import ChainJoint, Link
 from .chain_element import ChainElement
-from .controlled_coordinates import CONTROLLED_COORDINATES
-from .leg_description import DescribedMotor, LegDescription
+from .leg_description import DescribedMotor
+from .other_units import (
+    FAR,
+    MILLIMETRES,
+    ORDER,
+    doubtful_lead,
+    motor_doubt,
+    reach_of,
+    way_doubt,
+)
 from .robot_description import RobotDescription
 
 __all__ = [
-    "angle_doubt",
     "check_home_joints",
     "check_home_motors",
     "check_inertia",
@@ -35,21 +42,10 @@ __all__ = [
     "check_positions",
     "check_quaternion",
     "check_rod",
-    "degrees_doubt",
-    "in_other_units",
-    "motors_doubt",
-    "position_doubt",
-    "quaternion_order_doubt",
-    "request_doubt",
 ]
 
 Floats = NDArray[np.float64]
 
-_MILLIMETRES, _DEGREES = (
-    "looks like millimetres, expected metres",
-    "looks like degrees, expected radians",
-)
-_ORDER = "looks like x y z w, expected w x y z"
 #: Longest rods [m]: beyond doubt, and beyond all robots.
 _LONG, _LONGEST = 10.0, 100.0
 #: Half the thickness of a rod, over its length.
@@ -66,12 +62,6 @@ _LIGHTEST, _HEAVY = 30.0, 2000.0
 _YIELDED = 0.1
 #: Turns that a rod bends by at rest which is a coil, and points at which its curvature is looked at.
 _COILED, _LOOKED_AT = 2.0, 9
-#: Angle of a motor [rad], and a distance in rod lengths.
-_MANY_TURNS, _FAR = 4.0 * math.pi, 10.0
-#: Angle of a platform [rad], a whole turn but for rounding.
-_TURN = 2.0 * math.pi + 1e-9
-#: Way per turn of a screw, belt or drum that is doubted where it is longer than a rod too [m].
-_LEAD = 0.5
 #: Range of a joint behind a gear [rad and rod lengths], and way in a second, that are nothing.
 _NOTHING = 1e-3
 #: No speed that a motor is limited to behind its gear, rod lengths or radians per second: honest screws
@@ -105,9 +95,9 @@ def check_rod(part: Part, rod: Rod, own: Collection[str]) -> None:
         DescriptionError: They cannot.
     """
     if rod.length > _LONGEST:
-        raise part.fail("length", f"got {rod.length:g}: {_MILLIMETRES}")
+        raise part.fail("length", f"got {rod.length:g}: {MILLIMETRES}")
     if rod.length > _LONG and "length" in own:
-        _warn(part, "length", f"{rod.length:g} m: {_MILLIMETRES}?")
+        _warn(part, "length", f"{rod.length:g} m: {MILLIMETRES}?")
     if rod.section.needs_moduli:
         _check_moduli(part, rod, own)
     _check_bent_at_rest(part, rod, own)
@@ -115,7 +105,7 @@ def check_rod(part: Part, rod: Rod, own: Collection[str]) -> None:
     thickness = float(rod.section.bending_strain(straight, straight[::-1]).max())
     if thickness > _THICKEST * rod.length:
         sizes = ", ".join(f"{name} {value}" for name, value in section.content.items())
-        raise section.fail("", f"got {sizes} for a rod {rod.length:g} m long: {_MILLIMETRES}")
+        raise section.fail("", f"got {sizes} for a rod {rod.length:g} m long: {MILLIMETRES}")
     if 0.0 < rod.density < _LIGHTEST and "density" in own:
         _warn(part, "density", f"{rod.density:g}: looks like g/cm^3, expected kg/m^3")
     if _YIELDED < rod.yield_strain < math.inf and "yield_strain" in own:
@@ -188,19 +178,23 @@ def check_moved(part: Part, element: ChainElement, length: float) -> None:
         element: The same.
         length: Of the rods of its leg [m].
     """
-    if _doubtful_lead(element.motor_unit, element.unit, element.ratio, length):
-        _warn(part, "lead", f"{part.number('lead', 0.0):g}: {_MILLIMETRES}?")
+    if doubtful_lead(element.motor_unit, element.unit, element.ratio, length):
+        _warn(part, "lead", f"{part.number('lead', 0.0):g}: {MILLIMETRES}?")
         return  # what follows from it is no mistake of its own
     for position in (element.limits.lower, element.limits.upper):
         way = element.ratio * position
-        if math.isfinite(way) and (doubt := _doubt(element.motor_unit, element.unit, way, length)):
-            if "ratio" in part and not _doubt(element.motor_unit, element.unit, position, length):
+        if math.isfinite(way) and (
+            doubt := way_doubt(element.motor_unit, element.unit, way, length)
+        ):
+            if "ratio" in part and not way_doubt(
+                element.motor_unit, element.unit, position, length
+            ):
                 _warn(part, "ratio", _turned_around(element, position))
             else:
                 _warn(part, "limits.position", f"{position:g}: {doubt}")
             return
     for name, way in (("offset", element.zero), ("rest", element.rest)):
-        if doubt := _doubt(element.unit, element.unit, way, length):
+        if doubt := way_doubt(element.unit, element.unit, way, length):
             _warn(part, name, f"{way:g}: {doubt}")
             return
     if "lead" in part or "ratio" in part:
@@ -235,12 +229,6 @@ def _check_geared(part: Part, element: ChainElement, length: float) -> None:
             return
 
 
-def _doubtful_lead(unit: str, moves: str, ratio: float, length: float) -> bool:
-    """Whether a motor that turns shifts a joint, or feeds a rod, farther in a turn than screws do."""
-    way = 2.0 * math.pi * abs(ratio)
-    return (unit, moves) == ("rad", "m") and way > max(_LEAD, length)
-
-
 def check_link(part: Part, link: Link, length: float) -> None:
     """Whether a link of a leg with rods of a length [m] leads somewhere in metres.
 
@@ -250,18 +238,18 @@ def check_link(part: Part, link: Link, length: float) -> None:
     vectors = {"link": link.offset, "center_of_mass": link.center_of_mass}
     for name, vector in vectors.items():
         if math.hypot(*vector) > _LONGEST:
-            raise part.fail(name, f"got {list(vector)}: {_MILLIMETRES}")
+            raise part.fail(name, f"got {list(vector)}: {MILLIMETRES}")
     for name, vector in vectors.items():
         size = math.hypot(*vector)
-        if size > _FAR * length:
-            _warn(part, name, f"{size:g} m, more than {_FAR:g} rod lengths: {_MILLIMETRES}?")
+        if size > FAR * length:
+            _warn(part, name, f"{size:g} m, more than {FAR:g} rod lengths: {MILLIMETRES}?")
             return
 
 
 def check_inertia(part: Part, description: RobotDescription) -> None:
     """Whether the inertia of the platform is that of a body as large as the robot at most."""
     moment = float(np.abs(description.platform_inertia).max())
-    farthest = _FAR * _reach(description)[0]
+    farthest = FAR * reach_of(description)[0]
     if moment > description.platform_mass * farthest**2:
         mass = f"{description.platform_mass:g} kg"
         _warn(part, "platform.inertia", f"{moment:g} with {mass}: looks like kg mm^2, not kg m^2")
@@ -272,7 +260,7 @@ def check_home_motors(
 ) -> None:
     """Whether motor positions at home are in radians and metres."""
     for index, (motor, position) in enumerate(zip(motors, positions, strict=True)):
-        doubt = _motor_doubt(motor, position, length)
+        doubt = motor_doubt(motor, position, length)
         if doubt:
             _warn(part, f"motors[{index}]", f"{position:g}: {doubt}")
             return
@@ -284,23 +272,10 @@ def check_home_joints(
     """Whether rough positions of passive joints at home are in radians and metres."""
     for joint in joints:
         position = positions.get(joint.name, 0.0)
-        doubt = _doubt(joint.unit, joint.unit, position, length)
+        doubt = way_doubt(joint.unit, joint.unit, position, length)
         if doubt:
             _warn(part, f"joints.{joint.name}", f"{position:g}: {doubt}")
             return
-
-
-def _motor_doubt(motor: DescribedMotor, position: float, length: float) -> str:
-    if _doubtful_lead(motor.unit, motor.moves, motor.ratio, length):
-        return ""  # which is said where it is read, and where a number leads says nothing then
-    return _doubt(motor.unit, motor.moves, motor.ratio * position, length)
-
-
-def _doubt(unit: str, moves: str, way: float, length: float) -> str:
-    """What looks wrong with a number in a unit by which a joint would go so far [rad or m]."""
-    if abs(way) <= (_MANY_TURNS if moves == "rad" else _FAR * length):
-        return ""
-    return _DEGREES if unit == "rad" else _MILLIMETRES
 
 
 def check_quaternion(part: Part, name: str, quaternion: Sequence[float]) -> None:
@@ -308,7 +283,7 @@ def check_quaternion(part: Part, name: str, quaternion: Sequence[float]) -> None
     first, *_, last = quaternion
     if abs(first) < 0.2 and abs(last) > 0.9:
         turn = math.degrees(2.0 * math.acos(min(1.0, abs(first))))
-        _warn(part, name, f"{list(quaternion)} is a turn by {turn:.0f} degrees: {_ORDER}?")
+        _warn(part, name, f"{list(quaternion)} is a turn by {turn:.0f} degrees: {ORDER}?")
 
 
 def check_positions(part: Part, description: RobotDescription) -> None:
@@ -320,12 +295,12 @@ def check_positions(part: Part, description: RobotDescription) -> None:
     distances = list(_distances(description))
     for name, distance in distances:
         if distance > _BEYOND:
-            raise part.fail(name, f"more than {_BEYOND:g} rod lengths away: {_MILLIMETRES}")
-    found = [name for name, distance in distances if distance > _FAR]
+            raise part.fail(name, f"more than {_BEYOND:g} rod lengths away: {MILLIMETRES}")
+    found = [name for name, distance in distances if distance > FAR]
     if found:
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        _warn(part, found[0] + more, f"more than {_FAR:g} rod lengths away: {_MILLIMETRES}")
-    longest, middle = _reach(description)
+        _warn(part, found[0] + more, f"more than {FAR:g} rod lengths away: {MILLIMETRES}")
+    longest, middle = reach_of(description)
     if math.hypot(*middle) > _FROM_THE_WORLD * longest:
         _warn(
             part,
@@ -335,10 +310,10 @@ def check_positions(part: Part, description: RobotDescription) -> None:
         )
     tracker = description.tracker
     if tracker is not None and math.hypot(*tracker.position) > _LONGEST:
-        _warn(part, "tracker.position", f"more than {_LONGEST:g} m away: {_MILLIMETRES}")
+        _warn(part, "tracker.position", f"more than {_LONGEST:g} m away: {MILLIMETRES}")
     _check_point(part, description)
     if _COARSE * longest <= description.tolerance < math.inf:
-        coarse = f"{description.tolerance:g} m of rods of {longest:g} m: {_MILLIMETRES}?"
+        coarse = f"{description.tolerance:g} m of rods of {longest:g} m: {MILLIMETRES}?"
         _warn(part, "strain.tolerance", coarse)
 
 
@@ -346,7 +321,7 @@ def _check_point(part: Part, description: RobotDescription) -> None:
     """Whether the tips on a point are at one place: apart they hold a body that nothing turns."""
     first, *others = (leg.joint.position for leg in description.legs)
     apart = max((math.dist(first, other) for other in others), default=0.0)
-    if description.point_platform and apart > _APART * _reach(description)[0]:
+    if description.point_platform and apart > _APART * reach_of(description)[0]:
         _warn(
             part,
             "platform.shape",
@@ -356,7 +331,7 @@ def _check_point(part: Part, description: RobotDescription) -> None:
 
 def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:
     """Fields with a position, and how far away it is in rod lengths."""
-    legs, longest, middle = description.legs, *_reach(description)
+    legs, longest, middle = description.legs, *reach_of(description)
     for index, leg in enumerate(legs):
         yield f"legs[{index}].base.position", math.dist(leg.base_position, middle) / longest
         yield f"legs[{index}].tip.position", math.hypot(*leg.joint.position) / longest
@@ -367,133 +342,3 @@ def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:
     if description.home.platform_position is not None:
         position = description.home.platform_position
         yield "home.platform.position", math.dist(position, middle) / longest
-
-
-def _reach(description: RobotDescription) -> tuple[float, Floats]:
-    """Longest rod [m], and the middle of the bases (3,) [m]."""
-    middle = np.mean([leg.base_position for leg in description.legs], axis=0)
-    return _longest_rod(description), middle
-
-
-def _longest_rod(description: RobotDescription) -> float:
-    return max(element.rod.length for element in description.rods)
-
-
-def request_doubt(
-    description: RobotDescription, motors: Floats | None, position: Floats | None
-) -> str:
-    """What looks wrong with requested motors (n,) or a platform position (3,) [m]; empty: nothing."""
-    longest, middle = _reach(description)
-    given = () if motors is None else motors
-    for value, motor in zip(given, description.motors, strict=motors is not None):
-        doubt = _motor_doubt(motor, float(value), longest)
-        if doubt:
-            return f"{motor.name} at {value:g} {doubt}"
-    if position is not None and math.dist(position, middle) > _FAR * longest:
-        place = ", ".join(f"{value:g}" for value in position)
-        return f"the platform position ({place}) {_MILLIMETRES}"
-    return ""
-
-
-def motors_doubt(description: RobotDescription, motors: Floats, near: Sequence[Floats]) -> str:
-    """What looks wrong with motors (n,) that a robot is to go to; empty: nothing.
-
-    More is let pass than of a request that failed: what limits of a motor have room for is meant, and
-    so is what is not far from a place that is believed, however many turns led there.
-
-    Args:
-        description: The robot.
-        motors: (n,) [rad or m].
-        near: Motors where the robot is, or is sent, (n,) each.
-    """
-    longest = _longest_rod(description)
-    for number, motor in enumerate(description.motors):
-        position, limits = float(motors[number]), motor.limits
-        doubt = _motor_doubt(motor, position, longest)
-        if not doubt or -math.inf < limits.lower <= position <= limits.upper < math.inf:
-            continue
-        if all(_motor_doubt(motor, position - float(place[number]), longest) for place in near):
-            return f"{motor.name} at {position:g} {doubt}"
-    return ""
-
-
-def position_doubt(description: RobotDescription, position: Floats, near: Sequence[Floats]) -> str:
-    """What looks wrong with a position (3,) [m] that a platform is to go to; empty: nothing.
-
-    As with motors, what is not far from a place that is believed is meant; nor is anything far that the
-    legs could reach, stretched.
-
-    Args:
-        description: The robot.
-        position: (3,) [m].
-        near: Positions where the platform is, or is sent, (3,) each.
-    """
-    far = _FAR * _longest_rod(description)
-    if any(math.dist(position, place) <= far for place in near):
-        return ""  # at once, as of nearly all there are
-    middle = _reach(description)[1]
-    far = _FAR * max(_stretched(leg, middle) for leg in description.legs)
-    if any(math.dist(position, place) <= far for place in (middle, *near)):
-        return ""
-    return request_doubt(description, None, position)
-
-
-def _stretched(leg: LegDescription, middle: Floats) -> float:
-    """How far from the middle of the bases a leg holds the platform at most [m].
-
-    What shifts counts as far as limits of its motor are stated.
-    """
-    reach = math.dist(leg.base_position, middle) + math.hypot(*leg.joint.position)
-    for element in leg.chain:
-        sizes = [0.0]
-        if isinstance(element, Link):
-            sizes.append(math.hypot(*element.offset))
-        if isinstance(element, ChainRod):
-            sizes.append(element.rod.length)
-        if element.unit == "m":
-            limits = element.limits
-            ends = (element.zero + element.ratio * end for end in (limits.lower, limits.upper))
-            sizes += [abs(end) for end in ends if math.isfinite(end)]
-        reach += max(sizes)
-    return reach
-
-
-def angle_doubt(names: Iterable[str], pose: Iterable[float]) -> str:
-    """What looks wrong with the angles of a requested pose; empty: nothing.
-
-    Args:
-        names: Of its numbers, as ``controlled`` has them.
-        pose: The numbers [m, rad].
-    """
-    for name, value in zip(names, pose, strict=True):
-        coordinate = CONTROLLED_COORDINATES.get(name)  # none: a number of a quaternion
-        if coordinate is not None and coordinate.is_angle and (doubt := degrees_doubt(name, value)):
-            return doubt
-    return ""
-
-
-def degrees_doubt(name: str, angle: float) -> str:
-    """What looks wrong with an angle [rad] of a platform, unchanged by whole turns; empty: nothing."""
-    if abs(angle) <= _TURN:
-        return ""
-    wrapped = math.remainder(angle, 2.0 * math.pi)
-    return f"{name} at {angle:g} {_DEGREES}; radians are taken without whole turns: {wrapped:.6g}"
-
-
-def in_other_units(description: RobotDescription, motors: Floats) -> Iterator[tuple[Floats, str]]:
-    """Motors (n,) as they were meant if they are in another unit, and what then looks wrong."""
-    for unit, factor, doubt in (("rad", math.pi / 180.0, _DEGREES), ("m", 1e-3, _MILLIMETRES)):
-        meant = np.array([motor.unit == unit for motor in description.motors], np.bool_)
-        if meant.any():
-            yield np.where(meant, factor * motors, motors), f"motors: {doubt}"
-
-
-def quaternion_order_doubt(quaternion: Floats, before: Floats) -> str:
-    """What looks wrong with a requested orientation w x y z, seen from the one before; empty: nothing.
-
-    Read as x y z w it would be near by, and as it is meant to be read it is far away.
-    """
-    w, x, y, z = quaternion
-    if abs(quaternion @ before) < 0.7 and abs(np.array([z, w, x, y]) @ before) > 0.94:
-        return f"the quaternion {_ORDER}"
-    return ""

@@ -14,7 +14,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..description.plausibility import in_other_units, quaternion_order_doubt, request_doubt
+from ..description.doubted_requests import quaternion_order_doubt, request_doubt
+from ..description.other_units import in_other_units
 from ..errors import CprError, InvalidRequest, distinct
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium

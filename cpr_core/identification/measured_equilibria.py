@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..description.inherited_loads import inherited_loads
 from ..description.loads import Loads
-from ..description.plausibility import in_other_units
+from ..description.other_units import in_other_units
 from ..errors import CprError, InvalidRequest
 from ..kernels.problems import ProblemName
 from ..kernels.square_problem import Tolerances

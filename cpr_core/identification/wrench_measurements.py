@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..description.controlled_coordinates import numbers_of
-from ..description.plausibility import quaternion_order_doubt, request_doubt
+from ..description.doubted_requests import quaternion_order_doubt, request_doubt
 from ..errors import InvalidRequest, NonFiniteInput
 from ..kernels.twist_layout import FIRST_LINEAR
 from ..lie import rotation_from_quaternion

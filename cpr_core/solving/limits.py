@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.plausibility import request_doubt
+from ..description.doubted_requests import request_doubt
 from ..kernels.record_layout import EFFORT
 from ..model.bending_strain import bending_strains, strain_reserves, strains_in
 from ..model.equilibrium import Equilibrium

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..description.controlled_coordinates import CONTROLLED_COORDINATES, meant_by, numbers_of
-from ..description.plausibility import angle_doubt
+from ..description.doubted_requests import angle_doubt
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..description.doubted_requests import quaternion_order_doubt, request_doubt
 from ..description.loads import Loads
-from ..description.plausibility import quaternion_order_doubt, request_doubt
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
 from ..validation import checked_time

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..description.controlled_coordinates import CONTROLLED_COORDINATES
-from ..description.plausibility import degrees_doubt
+from ..description.other_units import degrees_doubt
 from ..errors import InvalidRequest, NonFiniteInput
 from ..kernels.twist_layout import FIRST_LINEAR
 from ..model.robot import Robot, checked_robot

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
-from cpr_core.description.plausibility import motors_doubt, position_doubt
+from cpr_core.description.doubted_requests import motors_doubt, position_doubt
 from cpr_core.model.assessment import Assessment
 from cpr_core.solving.limits import ROUNDING
 from cpr_core.solving.targets import check_rod_lengths

@@ -13,7 +13,7 @@ from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 
 from cpr_core import Robot
-from cpr_core.description.plausibility import motors_doubt
+from cpr_core.description.doubted_requests import motors_doubt
 from cpr_core.errors import distinct, rounded_seconds
 
 from ..error_codes import RequestError

@@ -20,7 +20,11 @@ from cpr_core import (
     trace_through,
 )
 from cpr_core.description.description_file import read_description
-from cpr_core.description.plausibility import motors_doubt, position_doubt, quaternion_order_doubt
+from cpr_core.description.doubted_requests import (
+    motors_doubt,
+    position_doubt,
+    quaternion_order_doubt,
+)
 
 
 @pytest.mark.parametrize(
