@@ -122,6 +122,17 @@ def test_small_commands_back_and_forth_are_none_either():
     assert not watched.go(HOME + [0.6, 0.0], 1.0)
 
 
+def test_ways_out_that_motors_hardly_follow_do_not_add_up():
+    """Too short for motors that follow slowly: together they are farther out for a second."""
+    watched = Watched(Motors(late=0.1, lag=0.3), 0.1, 1.0)
+    for _ in range(30):
+        assert not watched.go(HOME + [0.04, 0.0], 1.0)
+        assert not watched.go(HOME, 1.0)
+        assert not watched.rest(0.22)
+    assert np.abs(watched.at - HOME).max() < RESTING
+    assert not watched.go(HOME + [0.6, 0.0], 1.0)
+
+
 @pytest.mark.parametrize("times", [0.05, 0.2, 0.4])
 @pytest.mark.parametrize("pause", [0.0, 0.1, 0.4])
 def test_motors_without_power_are_told_however_often_commands_turn_or_rest(times, pause):

@@ -115,6 +115,15 @@ def test_hands_that_move_motors_slowly_are_none_of_it():
         assert places.take(HOME + [part, 0.0], HOME, 0.1, 0.05 * k) == 0.0
 
 
+def test_motors_that_swing_out_are_in_one_place():
+    """Let go by whoever moved them: what comes back by a part goes on from there."""
+    places, at, swing = TwoPlaces(robot("rfrfr")), 0.0, 2.0
+    for k in range(10):
+        assert places.take(HOME + [at, 0.0], HOME, 0.02, 0.2 * k) == 0.0
+        at, swing = at + swing, -0.6 * swing
+    assert abs(swing) > 0.01  # the last ones count too
+
+
 @pytest.mark.parametrize("tolerance", [0.1, 0.6, 0.0])
 def test_nothing_is_believed_of_motors_that_are_measured_in_two_places(tolerance):
     others, words = MovedByOthers(robot("rfrfr"), tolerance), set()
