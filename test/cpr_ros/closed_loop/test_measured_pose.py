@@ -9,7 +9,7 @@ import pytest
 from helpers.closed_loop import PERIOD
 from helpers.drive import robot
 
-from cpr_core import solve_home, trace
+from cpr_core import solve_home, solve_inverse, trace
 from cpr_ros.closed_loop.measured_pose import MeasuredPose
 from cpr_ros.closed_loop.pose_history import PoseHistory
 from cpr_ros.following.pose_coordinates import PoseCoordinates
@@ -39,7 +39,7 @@ def test_a_jump_and_the_motion_of_the_platform_are_told_apart(way):
     assert change > moved
 
 
-@pytest.mark.parametrize("ticks", [0, 5, 15, 25])
+@pytest.mark.parametrize("ticks", [0, 5, 15, 25, 240])
 @pytest.mark.parametrize("told", [True, False])
 def test_a_camera_that_is_late_is_believed_while_the_robot_moves(way, ticks, told):
     """However late, if its stamps say so; else up to a fifth of a second.
@@ -57,3 +57,17 @@ def test_a_camera_that_is_late_is_believed_while_the_robot_moves(way, ticks, tol
         seen = way[max(0, tick - ticks)].pose
         believed.append(measured.take(seen.copy(), now, told * delay, jump=0.02, settling=0.1))
     assert all(believed) == (told or delay <= 0.2)
+
+
+@pytest.mark.parametrize(("moved", "believed"), [(1.9e-3, True), (2.1e-3, False)])
+def test_numbers_stay_the_same_for_a_small_motion_and_no_farther(way, moved, believed):
+    """A camera that hangs is told before the correction takes out what it does not see."""
+    coordinates = PoseCoordinates(way[0].robot)
+    history = PoseHistory(coordinates)
+    measured = MeasuredPose(coordinates, history, timeout=0.0)
+    history.add(100.0, way[0], "")
+    assert measured.take(way[0].pose, 100.0, 0.0, jump=0.02, settling=0.1)
+    there = way[0].pose - [0.0, moved * way[0].robot.mean_length]
+    history.add(101.0, solve_inverse(way[0].robot, there, start=way[0]), "")
+    assert measured.take(way[0].pose, 102.0, 0.0, jump=0.02, settling=0.1) == believed
+    assert believed == ("does not change" not in measured.problem)

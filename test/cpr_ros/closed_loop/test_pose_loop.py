@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from helpers.closed_loop import PERIOD, SLACK, TARGET, ClosedLoop, live
 from helpers.drive import robot
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cpr_ros.closed_loop.pose_loop import Loop, PoseLoop
@@ -183,6 +183,16 @@ def test_the_goal_is_that_of_who_sent_it(bench):
     limit=st.floats(0.0, 0.3),
     rate=st.floats(1e-3, 10.0),
     offsets=st.lists(st.floats(-0.2, 0.2), min_size=6, max_size=6),
+)
+@example(  # a platform that goes three times as far as the model's
+    gain=100.0,
+    every=1,
+    delay=0,
+    told=True,
+    response=3.0,
+    limit=0.3,
+    rate=10.0,
+    offsets=[0.02] * 6,
 )
 def test_whatever_is_measured_the_correction_keeps_its_limits(
     gain, every, delay, told, response, limit, rate, offsets
