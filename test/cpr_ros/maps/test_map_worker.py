@@ -18,6 +18,7 @@ from helpers.workspace_cases import rfrfr, small_map
 
 from cpr_core import NoInverseSolution
 from cpr_core.workspace import pose_grid, summary_of
+from cpr_core.workspace.flood import Progress
 from cpr_core.workspace.map_files import unfinished_file
 from cpr_core.workspace.store import read_map
 from cpr_ros.maps import map_worker, map_worker_start
@@ -79,6 +80,21 @@ def test_an_order_is_answered_by_states_and_a_summary_of_the_map_in_the_file(ans
     assert {state.total for state in states} == {117}
     assert states[0].rate == 0.0
     assert states[-1].reached == summary.reached
+
+
+def test_the_rate_of_a_map_that_is_gone_on_with_counts_what_is_new(answers, tmp_path, monkeypatch):
+    """Not what was in its file: the rest would seem to be done in no time."""
+    small, times = small_map(), iter([10.0, 12.0])
+
+    def gone_on(*order, progress, **options):
+        for done in (100, 110):
+            progress(Progress(done, 115, 117))
+        return small
+
+    monkeypatch.setattr(map_worker, "map_workspace", gone_on)
+    monkeypatch.setattr(map_worker.time, "monotonic", lambda: next(times))
+    *states, _ = answers(small_order(tmp_path / "map.nc"))
+    assert [(state.done, state.rate) for state in states] == [(100, 0.0), (110, 5.0)]
 
 
 def test_a_map_that_cannot_be_made_is_answered_by_the_reason_alone(answers, tmp_path):
