@@ -77,6 +77,23 @@ def test_nothing_hides_where_values_are_far_from_zero_beside_their_change(slope,
     assert not may_hide((-aside, 0.0, 1.0), values)
 
 
+@pytest.mark.parametrize(("more", "hides"), [(1.0, True), (1.9, True), (2.1, False)])
+def test_what_is_bent_twice_as_much_as_it_seems_may_hide(more, hides):
+    """A third value nearby tells the bend; so much more and it would touch zero within the step."""
+    other, rise, bend = -0.1, 0.55, more  # the bend within, where three values tell one of 1
+    first = (bend - rise) ** 2 / (4.0 * bend) - 1e-6
+    values = [first + (rise - 1.0) * place + place**2 for place in (other, 0.0, 1.0)]
+    assert may_hide((other, 0.0, 1.0), tuple([value] for value in values)) == hides
+
+
+@pytest.mark.parametrize(("more", "hides"), [(1.0, True), (1.2, True), (1.3, False)])
+def test_what_is_a_quarter_steeper_than_it_seems_may_hide(more, hides):
+    """Lines from both ends, one of which is as steep as beside the step, meet so far below."""
+    height = 0.5 * more - 1e-6
+    values = ([height + 1.0], [height], [height])
+    assert may_hide((-1.0, 0.0, 1.0), values) == hides
+
+
 def test_what_shows_does_not_hide():
     assert not may_hide((-1.0, 0.0, 1.0), ([2.0, -1.0], [0.1, -0.1], [-0.2, 0.3]))
 
