@@ -3,6 +3,7 @@
 
 """Efforts of the other sign, or those behind a gear, are told; those of a strong wrench are not."""
 
+import copy
 import re
 import warnings
 from dataclasses import replace
@@ -23,7 +24,7 @@ from cpr_core import (
     solve_forward,
     solve_home,
 )
-from cpr_core.identification.effort_doubts import effort_unit_doubt
+from cpr_core.identification.effort_doubts import effort_unit_doubt, other_efforts
 from cpr_core.model.world_response import effort_units
 
 SIGN = "efforts look like those with the other sign (expected: what the motor does to the rod)"
@@ -80,6 +81,21 @@ def test_efforts_behind_gears_and_screws_are_told(name, seen, with_pose):
     match = re.compile(f"efforts look like those behind {seen}")
     assert match.search(told(robot, at.motors, at.efforts / ratios, **more))
     assert told(robot, at.motors, at.efforts, **more) == ""
+
+
+@pytest.mark.parametrize(("beyond", "said"), [(6.0, False), (12.0, True)])
+def test_a_motor_somewhat_beyond_its_limit_may_be_pushed_there(beyond, said):
+    """A wrench makes efforts larger than those that motors hold for long, and no gear does."""
+    robot, ratios = geared("rfrfr").robot, geared("rfrfr").ratios
+    modelled = 0.05 * effort_units(robot)
+    measured = modelled / ratios
+    content = copy.deepcopy(robot.description.written.content)
+    for leg, effort in zip(content["legs"], np.abs(measured), strict=True):
+        for joint in leg["chain"]:
+            if "motor" in joint:
+                joint["limits"] = {"effort": float(effort / beyond)}
+    found = [reading.doubt for reading in other_efforts(load_robot(content), measured, modelled)]
+    assert any("those behind the gear" in doubt for doubt in found) == said
 
 
 def test_efforts_taken_twice_through_a_gear_are_told():

@@ -327,6 +327,29 @@ def test_a_wrench_that_is_not_felt_has_a_variance_as_good_as_infinite():
         assert (deviation < 1.0) if felt else (deviation == pytest.approx(1000.0, rel=1e-6))
 
 
+def test_what_is_told_worse_than_to_a_natural_unit_is_not_felt():
+    """By motors that are measured worse and worse, the direction that they tell worst first."""
+    true, _ = pushed("rfrfr")
+    robot, given = true.robot, {"efforts": true.efforts}
+    units = wrench_units(robot)
+
+    def found(deviation):
+        return estimate_wrench(robot, true.motors, **given, effort_deviation=deviation)
+
+    def worst(estimate):
+        plane = np.ix_(robot.platform_axes, robot.platform_axes)
+        natural = estimate.covariance[plane] / np.outer(units, units)
+        return np.sqrt(np.linalg.eigvalsh(natural)[-1])
+
+    exact = found(1e-3)
+    to_one = 1e-3 / worst(exact)
+    assert len(exact.unfelt) == 0
+    for part, unfelt in ((0.98, 0), (1.02, 1)):
+        less = found(part * to_one)
+        assert len(less.unfelt) == unfelt
+        assert worst(less) == pytest.approx(1000.0 if unfelt else part, rel=0.01)
+
+
 def test_the_delta_names_the_moments_it_does_not_feel():
     """Its platform cannot turn: the motors feel forces alone."""
     true, _ = pushed("delta", 0.05)

@@ -26,6 +26,16 @@ def test_they_are_within_reach_and_stable(robot, proposed):
         assert each.stable and each.margin >= 0.2
 
 
+def test_far_away_they_are_as_far_from_instability_as_is_asked(robot):
+    """Where most is told the robot is soft: asked for no margin, they are next to where it buckles."""
+    near, usual, far = (
+        min(each.margin for each in propose_poses(robot, PATHS, DEVIATIONS, 6, **more).equilibria)
+        for more in ({"reach": 1.5, "margin": 0.0}, {"reach": 1.5}, {"reach": 1.5, "margin": 0.4})
+    )
+    assert near < 0.1
+    assert 0.2 <= usual < 0.4 <= far
+
+
 def test_their_standard_deviations_are_those_of_a_calibration(robot, proposed):
     found = calibrate(robot, measured(proposed.equilibria, seed=0), PATHS, DEVIATIONS)
     assert proposed.standard_deviations == pytest.approx(found.standard_deviations, rel=0.1)

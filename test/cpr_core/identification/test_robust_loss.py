@@ -88,6 +88,14 @@ def test_noise_that_is_stated_is_believed(loss):
     assert variance_factor("linear", np.zeros(2), 2) == 1.0
 
 
+def test_few_residuals_are_widened_as_huber_has_it():
+    """Robust Statistics (1981), 7.6: his K^2 of three residuals of four that count in full, by hand."""
+    pulled, slope, variance = 1.345**2, 3.0 / 4.0, 3.0 / 16.0
+    widened = (1.0 + 1.0 / 4.0 * variance / slope**2) ** 2
+    expected = widened * pulled / (4 - 1) / slope**2
+    assert variance_factor("huber", np.array([0.0, 0.0, 0.0, 9.0]), 1) == pytest.approx(expected)
+
+
 @pytest.mark.parametrize("loss", ROBUST)
 def test_outliers_alone_leave_a_number(loss):
     """Where no residual is near, the mean slope of the loss is nothing, or less."""
