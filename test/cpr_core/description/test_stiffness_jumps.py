@@ -45,6 +45,19 @@ def test_it_is_the_modes_of_the_robot_that_count():
     assert load_robot(changed).description.legs[0].modes.counts[2] > 5
 
 
+@pytest.mark.parametrize("falls", [False, True])
+def test_a_tenth_more_is_no_jump_and_a_fifth_is(falls):
+    changed = shipped_content("planar_body")
+    for more, taken in ((1.09, True), (1.2, False)):
+        stiffness = [more, more, 1, 1] if falls else [1, 1, more, more]
+        changed["rod"]["profile"] = {"at": [0, 0.4, 0.45, 1], "stiffness": stiffness}
+        if taken:
+            load_robot(changed, modes=5)
+            continue
+        with pytest.raises(DescriptionError, match="a jump to 5 polynomial modes"):
+            load_robot(changed, modes=5)
+
+
 @pytest.mark.parametrize("at", [[0.1, 0.2], [0.2, 0.3], [0.3, 0.4]])
 def test_rounding_makes_no_jump(at):
     changed = shipped_content("planar_body")
