@@ -155,6 +155,13 @@ def test_lines_go_through_all_points():
         assert np.linalg.norm(np.diff(line, axis=0), axis=1).max() < 0.1 * np.sqrt(2) + 1e-9
 
 
+def test_an_open_line_is_one_from_end_to_end_wherever_its_points_are_numbered():
+    points, none = np.array([[1.0, 0.0], [0.0, 0.0], [2.0, 0.0], [3.0, 0.0]]), np.zeros(0, int)
+    border = Border("singularity", points, none, none, none, np.array([[1, 0], [2, 0], [3, 2]]))
+    (line,) = border.polylines()
+    np.testing.assert_array_equal(line[:, 0], [0.0, 1.0, 2.0, 3.0])
+
+
 def test_a_closed_line_ends_where_it_begins():
     points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [5.0, 5.0], [6.0, 5.0]])
     none = np.zeros(6, np.int64)
