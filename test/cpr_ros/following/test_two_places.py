@@ -43,6 +43,14 @@ def test_they_are_found_out_in_motion_too():
     assert apart[20] > 0.4 and all(apart[20:])
 
 
+def test_they_are_found_out_where_the_motors_were_sent_from_the_other_place_a_while_ago():
+    places = TwoPlaces(robot("rfrfr"))
+    places.take(OTHER, OTHER, 0.1, 0.0)
+    apart = [places.take(motors, HOME, 0.1, 0.1 + now) for now, motors in said(50, 50, 1.0)]
+    assert not any(apart[:40])  # for half a second motors that are late may be there
+    assert all(apart[60:])
+
+
 @pytest.mark.parametrize("repeated", [2, 3, 10])
 def test_publishers_that_say_everything_again_are_found_out_too(repeated):
     places, found = TwoPlaces(robot("rfrfr")), []
