@@ -54,15 +54,11 @@ def test_directions_need_not_be_unit_vectors(six_rfs, scale):
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("path", [("motor", "axis"), ("base", "tangent")], ids=written)
-def test_directions_whose_square_overflows_are_read_or_refused(six_rfs, path):
+def test_directions_whose_square_overflows_are_read(six_rfs, path):
     put(six_rfs, ("legs", 0, *path), [0.0, 1e200, 0.0])
-    try:
-        leg = read_description(six_rfs).legs[0]
-    except DescriptionError as error:
-        assert error.field == written(("legs", 0, *path))
-    else:
-        direction = leg.motor.axis if path[0] == "motor" else leg.base_rotation[:, 0]
-        assert_allclose(direction, [0.0, 1.0, 0.0], rtol=0.0, atol=1e-15)
+    leg = read_description(six_rfs).legs[0]
+    direction = leg.motor.axis if path[0] == "motor" else leg.base_rotation[:, 0]
+    assert_allclose(direction, [0.0, 1.0, 0.0], rtol=0.0, atol=1e-15)
 
 
 @pytest.mark.parametrize("normal", [[0.0, 0.0, 1.0], [0.0, -3.0, 4.0]])

@@ -18,6 +18,7 @@ from helpers.workspace_cases import small_map
 from cpr_core import CprError, solve_forward, solve_home
 from cpr_core.model.assessment import Assessment
 from cpr_core.workspace import MapSummary, motor_grid, pose_grid, summary_of
+from cpr_core.workspace.borders import Border
 from cpr_core.workspace.store import write_map
 from cpr_ros.error_codes import error_code
 from cpr_ros.following.setpoint_following import SetpointFollower
@@ -203,11 +204,17 @@ def test_a_result_counts_the_cells_of_the_map_that_was_made(threshold):
     assert 0 < result.usable <= result.stable < result.reached < result.cells
     for border, true in zip(result.borders, found.borders, strict=True):
         assert (border.kind, border.points) == (true.kind, len(true.points))
-        if border.points:
-            np.testing.assert_array_equal(border.lower, true.points.min(axis=0))
-            np.testing.assert_array_equal(border.upper, true.points.max(axis=0))
-        else:
-            assert len(border.lower) == len(border.upper) == 0
+        np.testing.assert_array_equal(border.lower, true.points.min(axis=0))
+        np.testing.assert_array_equal(border.upper, true.points.max(axis=0))
+
+
+def test_a_border_without_points_has_no_ends():
+    found, none = small_map(), np.zeros((0, 2), np.int64)
+    empty = Border("limits", none.astype(float), none, none[:, 0], none[:, 0], none)
+    summary = summary_of(found.with_borders((empty,), 1e-5), 0.0)
+    (border,) = map_result(ErrorCode(val=ErrorCode.SUCCESS), "", summary).borders
+    assert (border.kind, border.points) == ("limits", 0)
+    assert len(border.lower) == len(border.upper) == 0
 
 
 def test_every_number_of_a_summary_has_a_place_of_its_own_in_the_result():
