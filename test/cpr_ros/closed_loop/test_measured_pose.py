@@ -59,6 +59,20 @@ def test_a_camera_that_is_late_is_believed_while_the_robot_moves(way, ticks, tol
     assert all(believed) == (told or delay <= 0.2)
 
 
+def test_where_the_platform_rested_for_long_is_remembered_after_it_has_moved(way):
+    """A picture of the moment before was compared with the place after it."""
+    history = PoseHistory(PoseCoordinates(way[0].robot))
+    for time, number in ((0.0, 0), (100.0, 1), (100.1, 2), (103.0, 3), (107.0, 4)):
+        history.add(time, way[number], "")
+    seen = [history.at(time).equilibrium for time in (102.0, 102.9, 103.0, 106.9, 107.0, 110.0)]
+    assert [way.index(each) for each in seen] == [2, 2, 3, 3, 4, 4]
+    history = PoseHistory(PoseCoordinates(way[0].robot))
+    history.add(0.0, way[0], "")
+    history.add(100.0, way[1], "")
+    assert history.at(99.9).equilibrium is way[0]
+    assert history.travelled(100.0) - history.travelled(99.9) > 0.0
+
+
 @pytest.mark.parametrize(("moved", "believed"), [(1.9e-3, True), (2.1e-3, False)])
 def test_numbers_stay_the_same_for_a_small_motion_and_no_farther(way, moved, believed):
     """A camera that hangs is told before the correction takes out what it does not see."""

@@ -3,6 +3,7 @@
 
 """Ways of the motors on which nothing halts them: through what would be refused they are not taken."""
 
+import re
 from dataclasses import replace
 from itertools import chain, repeat
 
@@ -65,6 +66,21 @@ def test_a_stop_threshold_is_not_passed():
     assert "of the way: margin would be 0.0" in str(refused)
     assert "below margin_stop 0.05" in str(refused)
     checked(low, low.motors, home)  # out of it one may
+
+
+def test_where_it_is_not_free_is_told_from_the_commands_on():
+    """Wherever the model is meanwhile: that is the way that who asks sees."""
+    thresholds = SETTINGS.thresholds | {"margin": Threshold(0.8, 0.6)}
+    home = solve_home(robot("rfrfr"))
+    target = solve_forward(home.robot, [5.4, -2.2])
+    commands = home.motors + 0.3 * (target.motors - home.motors)
+    told = []
+    for start in (home, solve_forward(home.robot, commands)):
+        with pytest.raises(RequestError) as refused:
+            check_straight_way(Assessment(start), commands, target, thresholds, in_time())
+        told.append(float(re.search(r"after (\d+) % of the way: margin", str(refused.value))[1]))
+    assert 10.0 < told[0] < 90.0
+    assert told[0] == pytest.approx(told[1], abs=2.0)
 
 
 def test_gears_change_nothing_of_what_is_said_of_a_way():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from helpers.branches import stable_elsewhere
 from helpers.drive import PERIOD, robot
+from helpers.geared_robots import geared
 from helpers.session_bench import ticked
 
 from cpr_core import CprError, solve_forward, solve_home, solve_inverse
@@ -29,12 +30,16 @@ DEFAULTS = {parameter.name: parameter.default for parameter in PARAMETERS}
 FIXED = {parameter.name: parameter.default for parameter in PARAMETERS if not parameter.live}
 
 
+OF_A_SESSION = (
+    Frames("base", "platform"),
+    Parameters(**FIXED | {"characteristic_length": None}),
+    live_parameters(DEFAULTS.__getitem__),
+)
+
+
 @pytest.fixture
 def session(request):
-    parameters = Parameters(**FIXED | {"characteristic_length": None})
-    live = live_parameters(DEFAULTS.__getitem__)
-    name = getattr(request, "param", "rfrfr")
-    return Session(robot(name), Frames("base", "platform"), parameters, live)
+    return Session(robot(getattr(request, "param", "rfrfr")), *OF_A_SESSION)
 
 
 def at(session):
@@ -73,6 +78,22 @@ def test_measured_near_by_it_stays_on_its_branch_and_far_away_it_is_on_that_of_h
     home = solve_forward(session.robot, other.motors + 0.3)
     np.testing.assert_allclose(at(session).platform_position, home.platform_position, atol=1e-9)
     np.testing.assert_array_equal(session.commands.newest, other.motors + 0.3)
+
+
+def test_what_is_near_by_counts_behind_gears():
+    """A motor that turns a hundred times as far as its joint is soon radians away."""
+    plain, machine, ratios = geared("rfrfr")
+    session = Session(machine, *OF_A_SESSION)
+    joints = stable_elsewhere(plain).motors
+    other = stable_elsewhere(machine)
+    np.testing.assert_allclose(other.motors * ratios, joints, atol=1e-6)
+    for way, near in ((0.05, True), (0.3, False)):
+        begin_at(session, other, other.motors, 0.0)
+        begin_at_measured(session, other.motors + way / ratios)
+        start = other if near else solve_home(machine)
+        found = solve_forward(machine, other.motors + way / ratios, start=start)
+        place = at(session).platform_position
+        np.testing.assert_allclose(place, found.platform_position, atol=1e-9)
 
 
 @pytest.mark.parametrize("session", ["six_rfs"], indirect=True)
