@@ -98,6 +98,24 @@ def test_a_motor_somewhat_beyond_its_limit_may_be_pushed_there(beyond, said):
     assert any("those behind the gear" in doubt for doubt in found) == said
 
 
+@pytest.mark.parametrize("behind", [True, False])
+@pytest.mark.parametrize(("gear", "said"), [(4.0, False), (6.0, True)])
+def test_a_gear_that_changes_efforts_little_is_not_told_from_a_wrench(gear, said, behind):
+    plain, geared_robot, _ = geared("rfrfr")
+    content = copy.deepcopy(geared_robot.description.written.content)
+    content["home"]["motors"] = (gear * solve_home(plain).motors).tolist()
+    for leg in content["legs"]:
+        for joint in leg["chain"]:
+            if "ratio" in joint:
+                joint["ratio"] = 1.0 / gear
+    robot = load_robot(content)
+    modelled = 4.0 * effort_units(robot)
+    measured = modelled * gear if behind else modelled / gear
+    found = [reading.doubt for reading in other_efforts(robot, measured, modelled)]
+    words = "those behind the gear" if behind else "those taken twice through the gear"
+    assert any(words in doubt for doubt in found) == said
+
+
 def test_efforts_taken_twice_through_a_gear_are_told():
     robot, ratios = geared("rfrfr").robot, geared("rfrfr").ratios
     at = solve_home(robot)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy
 from helpers.simulated_measurements import DEVIATIONS, OFFSETS, PATHS, equilibria, measured, payload
 from helpers.yaml_content import shipped_content
 
@@ -22,7 +23,7 @@ from cpr_core import (
     calibrate,
 )
 from cpr_core.identification.compared import compared_row
-from cpr_core.identification.doubts import measured_doubts
+from cpr_core.identification.doubts import fit_doubts, measured_doubts
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 
 
@@ -114,6 +115,22 @@ def test_a_sensor_that_is_stuck(robot, rows, fields, text):
         text in str(warning.message) and "stuck" in str(warning.message) for warning in warned
     )
     assert found.doubts == tuple(str(warning.message) for warning in warned)
+
+
+@pytest.mark.parametrize("freedom", [1, 3, 7])
+@pytest.mark.parametrize(("chance", "doubted"), [(2e-3, False), (5e-4, True)])
+def test_few_residuals_are_doubted_where_chance_hardly_makes_them(
+    robot, rows, freedom, chance, doubted
+):
+    described = [cpr_core.solve_forward(robot, row.motors, loads=row.loads) for row in rows]
+    compared = [
+        compared_row(row, found, DEVIATIONS) for row, found in zip(rows, described, strict=True)
+    ]
+    fit = np.sqrt(scipy.stats.chi2.isf(chance, freedom) / freedom)
+    doubts = fit_doubts(compared, described, fit, freedom)
+    assert [doubt.split(":")[0] for doubt in doubts] == doubted * [
+        f"residuals are {fit:.3g} times as large as the standard deviations say"
+    ]
 
 
 @pytest.mark.parametrize(("name", "effort_deviation"), [("six_rfs", 0.1), ("planar_body", 0.01)])
