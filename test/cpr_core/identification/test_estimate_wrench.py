@@ -350,6 +350,15 @@ def test_what_is_told_worse_than_to_a_natural_unit_is_not_felt():
         assert worst(less) == pytest.approx(1000.0 if unfelt else part, rel=0.01)
 
 
+@pytest.mark.parametrize("exactness", [(1e-8, 1e-2), (1e-3, 1e-7)])
+def test_what_is_told_well_is_felt_beside_what_is_told_far_better(exactness):
+    true, wrench = pushed("six_rfs", 0.05)
+    found = estimate_wrench(true.robot, true.motors, pose=pose_of(true), pose_deviation=exactness)
+    assert found.observability < 1e-4
+    assert len(found.felt) == 6
+    assert_allclose(found.wrench_world, wrench, rtol=0, atol=1e-6)
+
+
 def test_the_delta_names_the_moments_it_does_not_feel():
     """Its platform cannot turn: the motors feel forces alone."""
     true, _ = pushed("delta", 0.05)
