@@ -85,7 +85,7 @@ def summary_of(found: WorkspaceMap, threshold: float) -> MapSummary:
         shape=found.grid.shape,
         complete=found.complete,
         reached=int(reached.sum()),
-        stable=int(np.sum(reached & (found.index_locked == 0))),
+        stable=int(np.sum(found.index_locked == 0)),
         usable=int(found.usable.sum()),
         beyond_limits=int(np.sum(reached & ~found.within_limits)),
         below_threshold=int(np.sum(found.inverse_condition_number < threshold)),
