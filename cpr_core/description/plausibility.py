@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers of a description that look like another unit: errors where no robot can be meant, else warnings.
+"""Descriptions whose numbers look like another unit: errors where no robot can be meant, else warnings.
 
 The bounds leave room for every robot that is known to be built: rods of hydrogel and of diamond, of
 micrometres and of tens of metres.

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..description.changed_description import schema_allows
 from ..errors import DescriptionError
 from ..model.robot import Robot
+from .tried_robot import tried_robot
 
 __all__ = ["HALF_95_PERCENT", "border_doubts", "hardly_told"]
 
@@ -92,7 +93,7 @@ def border_doubts(
 def _refused(robot: Robot, path: str, value: float) -> str:
     """Why there is no robot with another number; empty: there is one."""
     try:
-        robot.with_parameters({path: value})
+        tried_robot(robot, {path: value})
     except DescriptionError as error:
         return f"{error.field}: {error.problem}"
     return ""

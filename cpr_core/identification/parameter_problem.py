@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..description.changed_description import named_parameters
 from ..description.description_paths import Place
-from ..errors import DescriptionError, DescriptionWarning, InvalidRequest
+from ..errors import DescriptionError, InvalidRequest
 from ..kernels.problems import ProblemName
 from ..model.equilibrium import Equilibrium
 from ..model.residual_rates import parameter_scales
@@ -26,6 +25,7 @@ from .measured_equilibria import followed
 from .measurements import StandardDeviations
 from .robust_loss import Loss, loss_width
 from .tracker_rates import tracker_unit
+from .tried_robot import tried_robot
 from .undetermined import parameter_sizes, unseen_directions
 
 __all__ = ["TRIED", "ParameterProblem", "natural_changes", "solution"]
@@ -144,10 +144,7 @@ class ParameterProblem:
                 return found
         _, nearest = min(self._kept, key=lambda kept: float(np.abs(kept[0] - change).max()))
         values = dict(zip(self.paths, self.values_at(change).tolist(), strict=True))
-        with warnings.catch_warnings():  # what is tried is nobody's file
-            warnings.simplefilter("ignore", DescriptionWarning)
-            robot = self.robot.with_parameters(values)
-        found = followed(nearest, robot, self._problems)
+        found = followed(nearest, tried_robot(self.robot, values), self._problems)
         self._robots += 1
         self.tell(1.0 - 0.5 * 0.8**self._robots)
         self._kept = [self._kept[0], *self._kept[1:][-1:], (change.copy(), found)]
@@ -175,7 +172,7 @@ class ParameterProblem:
             refused = ""
             for change in (-_ALONE * scale, _ALONE * scale):
                 try:
-                    self.robot.with_parameters({path: value + change})
+                    tried_robot(self.robot, {path: value + change})
                     break
                 except DescriptionError as error:
                     refused = str(error)
