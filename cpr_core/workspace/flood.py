@@ -299,9 +299,11 @@ class Flood:
         """Let the general walk decide where only the sign of the problem stands against a step."""
         start = equilibrium_of(self.free, self.loads, self.cells, source)
         walk = self._walk_to_cell(start, target)
-        if not walk.arrived:
+        fractions = self.cells.edge_fraction
+        if walk.stopped is not None:  # it may have gone on over where branches cross
+            fractions[source, column] = max(fractions[source, column], walk.stopped.fraction)
             return
-        self.cells.edge_fraction[source, column] = 1.0
+        fractions[source, column] = 1.0
         if self.cells.order[target] < 0:
             self._accept_walk(target, walk.last)
         elif not self._is_as_found(target, walk.last):

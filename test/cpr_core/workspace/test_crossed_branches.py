@@ -78,3 +78,22 @@ def test_borders_behind_a_crossing_are_where_they_are():
             assert values == [border.before[number], border.after[number]], border.kind
             looked_at += 1
     assert looked_at > 5
+
+
+def test_branches_end_where_walks_end_behind_a_crossing():
+    """They had been said to end where branches cross, over which walks go on to a fold."""
+    robot = load_robot("three_rfs")
+    grid = pose_grid(robot, {"z": (0.74, 0.84), "pitch": (0.0, 0.3)}, resolution=0.05)
+    found, behind = map_workspace(robot, grid, workers=0), 0
+    (ends,) = (border for border in found.borders if border.kind == "singularity")
+    for point, (cell, neighbour) in zip(ends.points, ends.cells.tolist(), strict=True):
+        first, last = found.place(cell), found.place(neighbour)
+        z, pitch = last
+        start = replace(found.equilibrium(cell), robot=without_limits(robot))
+        with pytest.raises(NoInverseSolution) as refusal:
+            solve_inverse(start.robot, [z, 0.0, pitch], start=start)
+        reached = first + refusal.value.fraction * (last - first)
+        np.testing.assert_allclose(point, reached, rtol=0.0, atol=2e-5)
+        column = found.grid.neighbours[cell].tolist().index(neighbour)
+        behind += int(found.cells.edges[cell, column] == EdgeState.FLIPPED)
+    assert behind > 1
