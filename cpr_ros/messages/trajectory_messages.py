@@ -22,6 +22,7 @@ from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError
+from ..following.measured_range import BESIDE
 from ..following.trajectory_order import TrajectoryOrder, TrajectoryRefused
 from .motor_messages import check_names
 
@@ -210,19 +211,21 @@ def _check_times(times: Floats) -> None:
 
 
 def _within_ranges(robot: Robot, times: Floats, positions: Floats) -> Floats:
-    """Positions, (P, n), those beyond a range by the accuracy of a solution at its end.
+    """Positions, (P, n), those that are hardly beyond a range at its end.
 
-    A pose may leave a motor there, and joint states say so.
+    A pose may leave a motor beyond it by the accuracy of a solution, and joint states say so. Where the
+    first point is due at the beginning it says where the robot is, as encoders may see it.
 
     Raises:
         TrajectoryRefused: A point is farther beyond.
     """
-    found = positions.copy()
+    found, hardly = positions.copy(), np.full(len(times), ROUNDING)
+    hardly[times == 0.0] = BESIDE
     for number, motor in robot.limited_motors:
         lower, upper = motor.limits.lower, motor.limits.upper
         found[:, number] = np.clip(positions[:, number], lower, upper)
         beyond = np.abs(positions[:, number] - found[:, number])
-        for row in np.flatnonzero(beyond > ROUNDING * robot.motor_units[number]):
+        for row in np.flatnonzero(beyond > hardly * robot.motor_units[number]):
             told = distinct(float(positions[row, number]), lower, upper, fewest=6)
             doubt = motors_doubt(robot.description, positions[row], [])
             raise TrajectoryRefused(

@@ -25,6 +25,7 @@ from cpr_core.model.assessment import Assessment, Threshold
 from cpr_core.solving.limits import ROUNDING
 from cpr_ros.following import trajectory_plan
 from cpr_ros.following.goals import MotorGoal
+from cpr_ros.following.measured_range import BESIDE
 from cpr_ros.following.motor_path import MotorPath
 from cpr_ros.following.supervision import State
 from cpr_ros.following.trajectory_order import TrajectoryRefused
@@ -117,6 +118,29 @@ def test_a_trajectory_may_begin_where_a_pose_has_left_a_motor():
         message.points.append(JointTrajectoryPoint(positions=positions, time_from_start=time))
     order = trajectory_order(made, message, Time())
     np.testing.assert_array_equal(order.positions, [[0.2, 0.25, 0.2], points[1]])
+
+
+def begun_beyond(part, *seconds):
+    """A trajectory whose first point has a motor beyond its range by a part of what encoders may see."""
+    made = robot("three_prs")
+    message = JointTrajectory(joint_names=list(made.motor_names))
+    at = [0.2, 0.25 + part * BESIDE * made.motor_units[1], 0.2]
+    for second, positions in zip(seconds, (at, [0.2, 0.24, 0.21]), strict=True):
+        time = Duration(sec=second)
+        message.points.append(JointTrajectoryPoint(positions=positions, time_from_start=time))
+    return made, message
+
+
+def test_a_trajectory_may_begin_where_encoders_see_a_motor_at_its_end():
+    """Who begins where the robot is measured says nothing else: no motor is sent there."""
+    order = trajectory_order(*begun_beyond(0.9, 0, 1), Time())
+    np.testing.assert_array_equal(order.positions, [[0.2, 0.25, 0.2], [0.2, 0.24, 0.21]])
+
+
+@pytest.mark.parametrize(("part", "seconds"), [(1.1, (0, 1)), (0.9, (1, 2))])
+def test_motors_are_sent_nowhere_beyond_their_range(part, seconds):
+    with pytest.raises(TrajectoryRefused, match=r"points\[0\]\.positions: expected motor2 within"):
+        trajectory_order(*begun_beyond(part, *seconds), Time())
 
 
 @pytest.mark.parametrize(
