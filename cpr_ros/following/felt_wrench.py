@@ -99,7 +99,7 @@ class FeltWrench:
 
         Args:
             pose: x y z qw qx qy qz in the base frame, (7,) [m].
-            time: When it was measured [s].
+            time: When it was measured, by its stamp, which may be of a clock that is ahead [s].
         """
         self._pose = time, _in_plane(pose) if self.robot.planar else pose
 
@@ -115,7 +115,7 @@ class FeltWrench:
         Args:
             motors: Positions, (n,) [rad or m].
             efforts: Efforts on the rods, (n,) [N m or N].
-            time: When they were measured [s].
+            time: When they were measured, by their stamp, which may be of a clock that is ahead [s].
             now: Steady time [s].
             near: Where the node has the robot.
         """
@@ -128,7 +128,7 @@ class FeltWrench:
         if 0.0 < self.settings.timeout < now - time:
             self.refuse("stale", self._old(now - time))
             return None
-        self._look_at_speed(motors, time)
+        self._look_at_speed(motors, min(time, now))
         if self._speed > self.settings.max_speed:
             speed, most = distinct(self._speed, self.settings.max_speed)
             self.refuse(

@@ -248,7 +248,7 @@ class Inputs:
             if corrected:
                 session.loop.refuse(str(error), now)
             raise
-        measured_at = now - max(0.0, delay)
+        measured_at = now - delay
         if not corrected:
             session.felt.take_pose(whole_pose(message), measured_at)
             return

@@ -256,8 +256,7 @@ class Outputs:
             session.felt.refuse("efforts", str(error))
             return
         near = session.solver.current.equilibrium
-        measured_at = now - max(0.0, delay)
-        found = session.felt.take(motors, efforts, measured_at, now, near)
+        found = session.felt.take(motors, efforts, now - delay, now, near)
         if found is None:
             return
         stamp = message.header.stamp

@@ -13,6 +13,7 @@ from helpers.drive import robot, uncontrolled_robot
 from helpers.session_bench import ticked
 from helpers.tracked_robots import tracked
 from rclpy.clock import Clock
+from rclpy.duration import Duration
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -83,10 +84,13 @@ class Listening:
     def motors(self):
         return self.session.solver.current.equilibrium.motors
 
-    def hear_pose(self, position, orientation, frame=""):
-        """A measured pose, x y z and w x y z."""
+    def hear_pose(self, position, orientation, frame="", ahead=None):
+        """A measured pose, x y z and w x y z; ahead: how far its stamp is [s], None: it has none."""
         message = PoseStamped()
         message.header.frame_id = frame
+        if ahead is not None:
+            stamp = Clock().now() + Duration(nanoseconds=round(1e9 * ahead))
+            message.header.stamp = stamp.to_msg()
         point, turn = message.pose.position, message.pose.orientation
         point.x, point.y, point.z = map(float, position)
         turn.w, turn.x, turn.y, turn.z = map(float, orientation)
@@ -243,6 +247,16 @@ def test_a_measured_pose_that_is_whole_is_felt_too():
     listening = Listening(robot("rfrfr"))
     listening.hear_pose([0.01, 0.84, 0.0], [1, 0, 0, 0])
     np.testing.assert_array_equal(listening.felt[1], [0.01, 0.84, 0, 1, 0, 0, 0])
+
+
+def test_a_pose_that_is_stamped_ahead_is_not_felt_as_of_now():
+    """It corrects nothing, as nobody knows how old it is; wrenches were estimated with it."""
+    listening = Listening(robot("rfrfr"))
+    listening.hear_pose([0.01, 0.84, 0.0], [1, 0, 0, 0], ahead=3.0)
+    assert listening.believed is None
+    assert listening.felt[0] == pytest.approx(listening.now + 3.0, abs=0.5)
+    listening.hear_pose([0.01, 0.84, 0.0], [1, 0, 0, 0])
+    assert listening.felt[0] == listening.now
 
 
 def test_of_a_measured_pose_that_is_refused_nothing_is_used():

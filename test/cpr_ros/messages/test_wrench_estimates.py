@@ -89,6 +89,19 @@ def test_a_pose_of_the_same_time_is_used():
     assert without.take().degrees_of_freedom == 0
 
 
+def test_what_one_clock_stamps_ahead_is_of_the_same_time():
+    """How old it is nobody knows; that both are equally old is known."""
+    measured = Measured()
+    measured.take_pose(age=-3.0)
+    assert measured.take().degrees_of_freedom == 0 and not measured.felt.with_pose
+    measured.take_pose(age=-3.0)
+    assert measured.take(age=-3.0).degrees_of_freedom == 6 and measured.felt.with_pose
+    measured.push(np.zeros(6), measured.home.motors + 0.05)
+    for ahead in (2.0, 1.0):  # a clock that is set right: speeds go by when they came
+        found = measured.take(age=-ahead)
+    assert found is None and "a motor moves at" in measured.felt.reason(measured.now)
+
+
 def test_height_and_tilt_of_a_camera_above_a_planar_robot_are_left_aside():
     """It is above the plane and hangs askew; the library refuses what is so far out of it."""
     measured = Measured("planar_body")
