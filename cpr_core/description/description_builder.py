@@ -8,6 +8,7 @@ Motors, tip joints, sections and strain bases read their own parts; here is what
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -41,6 +42,8 @@ Floats = NDArray[np.float64]
 
 #: What columns of measurements that are about a motor begin with, before its name.
 _COLUMNS_OF_MOTORS = ("motor:", "effort:")
+#: Characters that end a name in a message of ROS, or that XML, and so URDF, does not have.
+_CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 #: Cosine beyond which an axis along the tangent no longer tells a direction across it.
 _ALONG = 0.9
 #: What rounding in a file may do to an inertia.
@@ -195,7 +198,7 @@ def _check_rod_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
 
 
 def _check_motor_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
-    """Whether motors are called so that they can name columns of a file of measurements.
+    """Whether motors are called so that messages, and columns of a file of measurements, can name them.
 
     Raises:
         DescriptionError: One is not.
@@ -207,6 +210,8 @@ def _check_motor_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
             expected = "one that does not begin with #"
         elif name != name.strip() or len(name.splitlines()) > 1:
             expected = "one without spaces around it and without line breaks"
+        elif _CONTROL.search(name):
+            expected = "one without control characters"
         for column in _COLUMNS_OF_MOTORS:
             if name.startswith(column) and name.removeprefix(column) in names:
                 other = name.removeprefix(column)

@@ -169,6 +169,8 @@ def test_motors_may_be_called_as_coordinates(tmp_path):
         (("#q", "r"), "motor '#q': expected a name, one that does not begin with #"),
         ((" q", "r"), "motor ' q': expected a name, one without spaces around it"),
         (("q", "r\ns"), "expected a name, one without spaces around it and without line breaks"),
+        (("q", "r\0s"), r"motor 'r\x00s': expected a name, one without control characters"),
+        (("q\a", "r"), r"motor 'q\x07': expected a name, one without control characters"),
         (("x", "motor:x"), "motor 'motor:x': expected a name, another one"),
         (("effort:q", "q"), "motor 'effort:q': expected a name, another one"),
     ],
