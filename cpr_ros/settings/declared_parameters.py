@@ -42,6 +42,9 @@ def declare(node: Node) -> Parameters:
     for name in ("frame_prefix", "base_frame", "platform_frame", "tracker_frame"):
         if values[name].startswith("/"):
             raise CprError(f"{name}: frames of tf2 do not begin with /, got {values[name]!r}")
+    for name in ("base_frame", "platform_frame"):
+        if not values[name]:
+            raise CprError(f"{name}: expected the name of a frame, tf2 takes none without")
     parameters = Parameters(**values)
     if parameters.base_frame == parameters.platform_frame:
         raise CprError(

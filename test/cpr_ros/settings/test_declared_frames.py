@@ -36,3 +36,10 @@ def test_a_slash_in_front_is_none_of_tf2(context, name):
     assert getattr(declared(context, name, "left/arm"), name) == "left/arm"
     with pytest.raises(CprError, match=f"{name}: frames of tf2 do not begin with /, got '/left/'"):
         declared(context, name, "/left/")
+
+
+@pytest.mark.parametrize("name", ["base_frame", "platform_frame"])
+def test_a_frame_without_a_name_is_none_of_tf2(context, name):
+    """The transform of the platform would reach nobody."""
+    with pytest.raises(CprError, match=f"{name}: expected the name of a frame"):
+        declared(context, name, "")
