@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Descriptions whose numbers look like another unit: errors where no robot can be meant, else warnings.
+"""Numbers of a description that look like another unit: errors where none can be meant, else warnings.
 
 The bounds leave room for every robot that is known to be built: rods of hydrogel and of diamond, of
 micrometres and of tens of metres.
@@ -48,8 +48,9 @@ Floats = NDArray[np.float64]
 
 #: Longest rods [m]: beyond doubt, and beyond all robots.
 _LONG, _LONGEST = 10.0, 100.0
-#: Half the thickness of a rod, over its length.
-_THICKEST = 0.5
+#: Half the thickness of a rod, over its length: of none. Over that of the rods of a leg: of no slender
+#: one; a fitting in a chain may be as thick as it is long.
+_THICKEST, _THICK = 0.5, 0.09
 #: Moduli [Pa]: of the softest solid there is, of soft ones, of none.
 _SOFTEST, _SOFT, _STIFFEST = 1e4, 1e6, 2e12
 #: Shear modulus over Young's, below and above what is doubted: metals have 0.4, glass and carbon along
@@ -101,9 +102,8 @@ def check_rod(part: Part, rod: Rod, own: Collection[str]) -> None:
     if rod.section.needs_moduli:
         _check_moduli(part, rod, own)
     _check_bent_at_rest(part, rod, own)
-    section, straight = part.part("section"), np.array([1.0, 0.0])
-    thickness = float(rod.section.bending_strain(straight, straight[::-1]).max())
-    if thickness > _THICKEST * rod.length:
+    section = part.part("section")
+    if max(_half_extents(rod)) > _THICKEST * rod.length:
         sizes = ", ".join(f"{name} {value}" for name, value in section.content.items())
         raise section.fail("", f"got {sizes} for a rod {rod.length:g} m long: {MILLIMETRES}")
     if 0.0 < rod.density < _LIGHTEST and "density" in own:
@@ -118,6 +118,12 @@ def check_rod(part: Part, rod: Rod, own: Collection[str]) -> None:
         raise part.fail(
             "", "expected sizes and moduli of a rod: its stiffness is beyond all numbers"
         )
+
+
+def _half_extents(rod: Rod) -> list[float]:
+    """Half its thickness across both directions of bending [m]; NaN where it is not known."""
+    bent = np.array([1.0, 0.0])
+    return rod.section.bending_strain(bent, bent[::-1]).tolist()
 
 
 def _check_moduli(part: Part, rod: Rod, own: Collection[str]) -> None:
@@ -312,6 +318,7 @@ def check_positions(part: Part, description: RobotDescription) -> None:
     if tracker is not None and math.hypot(*tracker.position) > _LONGEST:
         _warn(part, "tracker.position", f"more than {_LONGEST:g} m away: {MILLIMETRES}")
     _check_point(part, description)
+    _check_slender(part, description)
     if _COARSE * longest <= description.tolerance < math.inf:
         coarse = f"{description.tolerance:g} m of rods of {longest:g} m: {MILLIMETRES}?"
         _warn(part, "strain.tolerance", coarse)
@@ -327,6 +334,17 @@ def _check_point(part: Part, description: RobotDescription) -> None:
             "platform.shape",
             f"a point never turns, and tips on it are {apart:g} m apart: expected body?",
         )
+
+
+def _check_slender(part: Part, description: RobotDescription) -> None:
+    """Whether all rods are thin beside their legs, to one side at least: a strip may be wide."""
+    longest = max(leg.rod_length for leg in description.legs)
+    for index, leg in enumerate(description.legs):
+        for half in (min(_half_extents(element.rod)) for element in leg.rods):
+            if half >= _THICK * longest:
+                thick = f"a rod {2.0 * half:g} m thick, where legs have {longest:g} m of rods"
+                _warn(part, f"legs[{index}]", f"{thick}: {MILLIMETRES}?")
+                return
 
 
 def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:

@@ -73,6 +73,12 @@ def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
             {"tolerance": 0.01},
             rf"strain.tolerance: 0.01 m of rods of 0.8 m: {MILLIMETRES}",
         ),
+        (
+            ("rod", "section", "radius"),
+            0.3,
+            rf"legs\[0\]: a rod 0.6 m thick, where legs have 0.8 m of rods: {MILLIMETRES}",
+        ),
+        (("rod", "section", "radius"), 0.08, rf"legs\[0\]: a rod 0.16 m thick, .*: {MILLIMETRES}"),
         (("rod", "density"), 7.8, r"rod.density: 7.8: looks like g/cm\^3"),
         (("rod", "yield_strain"), 2.0, "rod.yield_strain: 2: looks like per cent"),
         (("rod", "yield_strain"), 0.3, "rod.yield_strain: 0.3: .*, 0.01 for 1 %"),
@@ -194,6 +200,19 @@ def test_rods_of_silicone_and_of_glass_fibre_are_beyond_doubt():
         read_description(content)
         content["rod"]["section"]["radius"] = 5e-6
         content["rod"]["length"] = 9.0
+        read_description(content)
+
+
+def test_a_wide_strip_and_a_short_thick_fitting_are_not_doubted():
+    content = shipped_content("rfrfr")
+    content["rod"]["section"] = {"shape": "rectangular", "width": 5e-4, "height": 0.2}
+    fitting = {"length": 0.03, "section": {"shape": "circular", "radius": 0.01}}
+    for number, leg in enumerate(content["legs"]):
+        joint = {"joint": "revolute", "axis": [0, 0, 1], "motor": f"motor{number + 1}"}
+        del leg["motor"]
+        leg["chain"] = [joint, {"rod": fitting, "strain": {"bending_3": 1}}, {"rod": {}}]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
         read_description(content)
 
 
