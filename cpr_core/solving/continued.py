@@ -69,7 +69,10 @@ def continued(
     check_equilibrium(start)
     checked_robot(robot)
     if robot.held_motors != start.robot.held_motors or robot.state_size != start.robot.state_size:
-        raise InvalidRequest("robot", "expected the robot of the start with other parameters")
+        same = "the same legs, numbers of modes and held motors"
+        raise InvalidRequest(
+            "robot", f"expected the robot of the start with other parameters: {same}"
+        )
     _check_numbers_only(robot, start.robot.description)
     checked_problem(start.robot, problem)
     walk = _Walk(start, robot, problem, stable_only, Deadline(time_limit))

@@ -149,5 +149,9 @@ def checked_start(robot: Robot, start: Equilibrium | None) -> Equilibrium:
     if not isinstance(start, Equilibrium):
         raise InvalidRequest("start", f"expected an Equilibrium, got {start!r:.200}")
     if start.robot is not robot:
-        raise InvalidRequest("start", "expected an equilibrium of the same robot object")
+        raise InvalidRequest(
+            "start",
+            "expected an equilibrium of the same robot object: ask its own, start.robot, or bring it to "
+            "this one where they differ in nothing but numbers, continued(start, robot)",
+        )
     return start

@@ -65,7 +65,7 @@ def restore_equilibrium(
         raise InvalidRequest(
             "start",
             f"expected an equilibrium of {robot.description.name} under its loads; these numbers "
-            "belong to another robot, other loads or another number of modes",
+            "belong to another robot, other loads or another number of modes, or are rounded too far",
         )
     return found
 

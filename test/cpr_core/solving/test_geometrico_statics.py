@@ -3,6 +3,8 @@
 
 """The problems: consistency between them, starts, loads, refusals, immutability."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from cpr_core import (
     NoForwardSolution,
     NoInverseSolution,
     NonFiniteInput,
+    continued,
     load_robot,
     restore_equilibrium,
     solve_forward,
@@ -197,9 +200,15 @@ def test_values_that_are_not_finite_are_refused():
             solve_inverse(robot, [0.0, bad])
 
 
-def test_a_start_of_another_robot_is_refused():
-    with pytest.raises(InvalidRequest, match="same robot"):
-        solve_forward(load_robot("rfrfr"), [2.59, 0.55], start=solve_home(load_robot("rfrfr")))
+def test_a_start_of_another_robot_is_refused_with_what_to_do_instead():
+    robot, kept = load_robot("rfrfr"), pickle.loads(pickle.dumps(solve_home(load_robot("rfrfr"))))
+    with pytest.raises(
+        InvalidRequest, match=r"same robot.*start\.robot.*continued\(start, robot\)"
+    ):
+        solve_forward(robot, [2.59, 0.55], start=kept)
+    its_own = solve_forward(kept.robot, [2.7, 0.5], start=kept)
+    this_one = solve_forward(robot, [2.7, 0.5], start=continued(kept, robot))
+    np.testing.assert_allclose(this_one.state, its_own.state, rtol=0.0, atol=1e-12)
 
 
 def test_an_equilibrium_cannot_be_changed(robot):
