@@ -44,6 +44,8 @@ Floats = NDArray[np.float64]
 
 #: Requests solved between two looks at the clock, where time is limited: some hundredths of a second.
 _BETWEEN_LOOKS = 256
+#: The same where it is not: compiled code hears no Ctrl-C.
+_BETWEEN_SIGNALS = 2048
 
 #: As `near_request.ALONE`, where stretches without stability must not be missed on the way of poses.
 _STABLE_ALONE = 0.02
@@ -108,8 +110,8 @@ def trace_through(
     while len(found) < count and stopped is None:
         done = len(found)
         until = walked[np.searchsorted(walked, done)]
-        if not math.isinf(deadline.left):
-            until = min(until, done + _BETWEEN_LOOKS)
+        limited = not math.isinf(deadline.left)
+        until = min(until, done + (_BETWEEN_LOOKS if limited else _BETWEEN_SIGNALS))
         unstable = last.index_free if problem == "efforts" else last.index_locked
         quiet = conservative and last.loads is found.loads and not (stable_only and unstable)
         if quiet and until > done and not deadline.over:
