@@ -100,6 +100,8 @@ def _answered(arguments: Sequence[str] | None) -> int:
             return _run(options)
     except CprError as error:
         return _report_error(error, options.json)
+    except MemoryError as error:  # numpy says how much it asked for
+        return _report_error(CprError(f"out of memory: {error}"), options.json)
 
 
 def _print_no_more() -> None:

@@ -3,8 +3,10 @@
 
 """Commands that cannot be answered: exit status, code, and what was expected."""
 
+import numpy as np
 import pytest
 
+from cpr_core.command_line import workspace_commands
 from cpr_core.description.description_file import shipped_robots
 
 
@@ -140,3 +142,11 @@ def test_mode_counts_that_are_no_numbers_are_refused_without_inner_names(misused
     message = misused("forward", "rfrfr", "--motors", 2.59, 0.55, "--modes", modes)
     assert "_positive" not in message
     assert "1 to 40" in message
+
+
+def test_a_lack_of_memory_is_told(monkeypatch, failed):
+    """Of a map that is too fine it was a traceback of numpy."""
+    monkeypatch.setattr(workspace_commands, "map_workspace", lambda *_, **__: np.empty(2**50))
+    status, code, message = failed("workspace", "rfrfr", "--slice", "x=-0.1:0.1", "y=0.7:0.8")
+    assert (status, code) == (1, "FAILURE")
+    assert message.startswith("out of memory: Unable to allocate 8.00 PiB")
