@@ -74,6 +74,9 @@ def unknown_parameter(
     else:
         of_all = dict.fromkeys(_LEG.sub("legs[*]", name, count=1) for name in in_legs)
         nearest = _nearest(path, [*shared, *of_all])
+        within = f"{path.rpartition('.')[0]}."
+        beside = [name for name in shared if name.startswith(within)]
+        known = f"there are {', '.join(beside)}" if beside else ""
     return UnknownParameter(path, nearest, "" if nearest else known)
 
 
@@ -153,9 +156,11 @@ def _together(paths: Sequence[str]) -> str:
 def _nearest(path: str, *groups: Sequence[str]) -> str:
     """The path that is most like another one: first of those with its last field, group by group.
 
-    Empty where it tells apart what the other one does not: entries are not guessed.
+    Empty where only what stands before that field is alike, or where it tells apart what the other one
+    does not: entries are not guessed.
     """
     last = path.rpartition(".")[2]
+    groups = tuple([name for name in group if _alike(name, last)] for group in groups)
     called_so = [[name for name in group if name.rpartition(".")[2] == last] for group in groups]
     for among in (*called_so, *groups):
         for near in difflib.get_close_matches(path, among, n=1, cutoff=_ALIKE):
@@ -163,6 +168,11 @@ def _nearest(path: str, *groups: Sequence[str]) -> str:
             same = _INDEX.findall(near) == _INDEX.findall(path)
             return near if same or len(alike) == 1 else ""
     return ""
+
+
+def _alike(path: str, last: str) -> bool:
+    """Whether the last field of a path is like a word."""
+    return difflib.SequenceMatcher(None, path.rpartition(".")[2], last).ratio() >= _ALIKE
 
 
 def _whereabouts(parts_of: dict[str, list[_Part]], names: Sequence[str]) -> str:

@@ -41,6 +41,18 @@ def test_names_in_paths_are_never_taken_for_another_leg_or_motor(name, path, tol
     assert str(caught.value).endswith(f"the description has no number {path}; {told}")
 
 
+@pytest.mark.parametrize("field", ["E", "G", "rho", "r", "foo", "poisson"])
+def test_a_field_like_none_is_not_taken_for_one_of_the_same_part(field):
+    """``rod.E`` was said to mean ``rod.length``."""
+    with pytest.raises(UnknownParameter) as caught:
+        load_robot("six_rfs").with_parameters({f"rod.{field}": 2e11})
+    assert caught.value.nearest == ""
+    assert "rod.young_modulus, rod.shear_modulus" in caught.value.known
+    with pytest.raises(UnknownParameter) as caught:
+        load_robot("six_rfs").parameter_values("rod.youngs_modulus")
+    assert caught.value.nearest == "rod.young_modulus"
+
+
 def test_paths_with_names_that_count_otherwise_are_those_of_their_parts():
     content = yaml.safe_load(SHARED)
     content["legs"][0] |= {"name": "leg2"}
