@@ -53,6 +53,9 @@ def _port(text: str) -> int:
 
 def _view(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
     """Show the page until the command is interrupted."""
+    from ..viewing.server import check_viewer
+
+    check_viewer()  # before kernels are compiled for the way to the start
     start = None
     if options.motors is not None or loads is not None:
         motors = solve_home(robot).motors if options.motors is None else options.motors

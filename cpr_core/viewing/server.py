@@ -20,7 +20,14 @@ from .own_loop_event import OwnLoopEvent
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["MissingViewer", "address_of", "close_server", "open_server", "origin_problem"]
+__all__ = [
+    "MissingViewer",
+    "address_of",
+    "check_viewer",
+    "close_server",
+    "open_server",
+    "origin_problem",
+]
 
 #: Where the page is served unless asked.
 _LOCAL = "127.0.0.1"
@@ -37,6 +44,21 @@ class MissingViewer(CprError):
     code = "NOT_READY"
 
 
+def check_viewer() -> None:
+    """Whether viser is here; asked before anything that takes long.
+
+    Raises:
+        MissingViewer: It is not installed.
+    """
+    try:
+        import viser  # noqa: F401
+    except ImportError as error:
+        raise MissingViewer(
+            f"looking at a robot needs viser (the extra `view`), which is not here ({error}); "
+            f"install it: {sys.executable} {_INSTALL}"
+        ) from None
+
+
 def open_server(label: str, host: str = _LOCAL, port: int = 8080) -> viser.ViserServer:
     """Start a server.
 
@@ -49,13 +71,9 @@ def open_server(label: str, host: str = _LOCAL, port: int = 8080) -> viser.Viser
         MissingViewer: viser is not installed.
         InvalidRequest: The port is taken, or the address is not one of this machine.
     """
-    try:
-        import viser
-    except ImportError as error:
-        raise MissingViewer(
-            f"looking at a robot needs viser (the extra `view`), which is not here ({error}); "
-            f"install it: {sys.executable} {_INSTALL}"
-        ) from None
+    check_viewer()
+    import viser
+
     _check_free(host, port)
 
     class LocalServer(viser.ViserServer):

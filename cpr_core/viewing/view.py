@@ -46,5 +46,7 @@ def view(
         InvalidRequest: The address cannot be had, or start, map or path are not of this robot.
     """
     from .page import Page
+    from .server import check_viewer
 
+    check_viewer()
     return Page(checked_robot(robot), start, host=host, port=port, map_file=map_file, way=way)

@@ -218,13 +218,18 @@ def test_what_is_not_of_the_robot_is_refused(robot, tmp_path):
         cpr_core.view("rfrfr")
 
 
-def test_without_viser_the_command_says_what_installs_it(monkeypatch, robot, capsys):
+def test_without_viser_it_is_said_at_once_what_installs_it(monkeypatch, robot, capsys):
     from cpr_core.command_line import main
 
+    def solved(*_, **__):
+        raise AssertionError("its kernels take two minutes to compile on the first day")
+
     monkeypatch.setitem(sys.modules, "viser", None)
+    monkeypatch.setattr("cpr_core.viewing.page.HandledRobot", solved)
+    monkeypatch.setattr("cpr_core.command_line.view_command.solve_forward", solved)
     with pytest.raises(MissingViewer, match="pip install"):
         cpr_core.view(robot)
-    assert main(["view", "rfrfr"]) == 1
+    assert main(["view", "rfrfr", "--motors", "2.6", "0.6"]) == 1
     assert f"{sys.executable} -m pip install 'viser" in capsys.readouterr().err
 
 
