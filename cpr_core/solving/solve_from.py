@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -76,7 +78,8 @@ def solve_from(
         time_limit=time_limit,
     )
     if walk.stopped is not None:
-        raise _not_reached(walk.stopped, walk, start, target, stable_only)
+        others = () if loads is None else start.loads.differences(loads)
+        raise _not_reached(walk.stopped, walk, start, target, others, stable_only)
     check_limits(walk.last)
     return walk.last
 
@@ -102,17 +105,23 @@ def _doubt(start: Equilibrium, target: Target) -> str:
 
 
 def _not_reached(
-    event: PathEvent, walk: Walk, start: Equilibrium, target: Target, stable_only: bool
+    event: PathEvent,
+    walk: Walk,
+    start: Equilibrium,
+    target: Target,
+    others: Sequence[str],
+    stable_only: bool,
 ) -> NotReached:
-    """The error of a walk that was stopped."""
+    """The error of a walk that was stopped; ``others``: which loads are not those of the start."""
     if walk.violation is not None:
         violation, beyond = walk.violation
         requested = target.motors if isinstance(target, MotorTarget) else None
         return limit_error(beyond, violation, event.fraction, event, requested)
     motors = ", ".join(f"{value:.4g}" for value in walk.last.motors)
     position = ", ".join(f"{value:.4g}" for value in walk.last.platform_position)
+    under = f" under other loads ({', '.join(others)})" if others else ""
     text = (
-        f"{target.problem}: not reached from the start, {event.message}: its branch could be "
+        f"{target.problem}{under}: not reached from the start, {event.message}: its branch could be "
         f"followed over {100.0 * event.fraction:.2f} % of the way, to motors ({motors}) "
         f"and platform position ({position})"
     )

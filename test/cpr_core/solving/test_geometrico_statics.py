@@ -211,6 +211,17 @@ def test_a_start_of_another_robot_is_refused_with_what_to_do_instead():
     np.testing.assert_allclose(this_one.state, its_own.state, rtol=0.0, atol=1e-12)
 
 
+def test_loads_that_are_not_borne_are_named():
+    """The motors stay: that they were not reached led whoever had meant 1 N and not 1 kN astray."""
+    home = solve_home(load_robot("rfrfr"))
+    pushed = home.loads.with_(wrench_world=[0, 0, 0, 0, -100.0, 0])
+    with pytest.raises(NoForwardSolution) as caught:
+        solve_forward(home.robot, home.motors, loads=pushed)
+    assert str(caught.value).startswith("motors under other loads (wrench_world): not reached")
+    with pytest.raises(NoForwardSolution, match=r"^motors: not reached"):
+        solve_forward(home.robot, [150.0, 0.5], loads=home.loads)
+
+
 def test_an_equilibrium_cannot_be_changed(robot):
     result = solve_forward(robot, motors_near_home(robot))
     for array in (result.state, result.motors, result.efforts, result.platform_rotation):
