@@ -144,6 +144,10 @@ def test_states_tell_whether_rods_exist(robot):
         assert robot.rods_exist(state) is exist
 
 
+def test_a_rod_without_length_does_not_exist(plain):
+    assert not plain.rods_exist(np.zeros(plain.state_size))
+
+
 def test_limits_and_homes_without_a_rod_are_refused():
     content = fed(plain_content())
     content["legs"][1]["motor"]["limits"] = {"position": [-10.0, 70.0]}

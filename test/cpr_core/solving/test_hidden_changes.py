@@ -21,6 +21,7 @@ from cpr_core import (
     trace,
     trace_through,
 )
+from cpr_core.kernels.natural_units import LONGEST_STEP
 from cpr_core.solving.hidden_changes import (
     Hidden,
     Watched,
@@ -28,6 +29,8 @@ from cpr_core.solving.hidden_changes import (
     may_hide,
     may_hide_in_one_step,
 )
+from cpr_core.solving.near_request import ALONE
+from cpr_core.solving.requests import target_of
 
 #: A way of rfrfr in its plane on which it is unstable from 0.89 to 0.998, and stable at both ends.
 UNSTABLE_BETWEEN = (
@@ -145,6 +148,15 @@ def test_a_stretch_without_stability_is_not_stepped_over():
         solve_inverse(start.robot, last, start=start, stable_only=True)
     assert refused.value.fraction == pytest.approx(0.89395868, abs=1e-8)
     assert solve_inverse(start.robot, last, start=start).index_locked == 0  # nobody asked
+
+
+def test_nor_is_one_in_a_lone_step():
+    first, last = np.array(UNSTABLE_BETWEEN)
+    start = solve_inverse(load_robot("rfrfr"), first, stable_only=True)
+    near = solve_inverse(start.robot, first + 0.86 * (last - first), start=start, stable_only=True)
+    assert target_of(near, "pose", last).distance(near) < ALONE * LONGEST_STEP
+    with pytest.raises(UnstableEquilibrium):
+        solve_inverse(start.robot, last, start=near, stable_only=True)
 
 
 @pytest.mark.parametrize("points", [2, 5, 51, 201])

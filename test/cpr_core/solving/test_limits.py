@@ -22,10 +22,13 @@ from cpr_core import (
 )
 from cpr_core.solving.limits import (
     ROUNDING,
+    Limit,
     check_limits,
+    first_of,
     grazes,
     limits_along,
     margins,
+    may_be_kept_again,
     undisturbed,
 )
 
@@ -101,6 +104,7 @@ def test_the_nearer_end_of_a_range_counts(interval):
         ([0.01], [0.3], True),
         ([0.3], [0.25], False),
         ([0.3, 0.3], [0.25, 0.01], True),
+        ([0.003], [0.001], True),
         ([1e-5], [1e-6], False),  # the step is short enough
         ([], [], False),
     ],
@@ -157,6 +161,36 @@ def test_a_way_is_undisturbed_until_a_limit_does_not_hold_or_is_grazed(seed):
 def test_a_way_without_limits_or_steps_is_undisturbed():
     assert undisturbed(np.zeros((5, 0))) == 4
     assert undisturbed(np.ones((1, 3))) == 0
+
+
+def test_a_limit_that_is_passed_by_little_disturbs_too():
+    assert undisturbed(np.array([[2e-4], [1e-4], [-1e-4], [-2e-4]])) == 1
+
+
+@pytest.mark.parametrize(
+    ("limits", "by_motors", "by_pose"),
+    [
+        ({"position": [-10, 10]}, False, True),  # motors that are imposed move evenly
+        ({"effort": 3.0}, True, True),
+        ({}, False, False),
+    ],
+)
+def test_limits_that_may_be_passed_and_kept_again(limits, by_motors, by_pose):
+    robot = limited(0, **limits)
+    assert may_be_kept_again(robot, "motors") == by_motors
+    assert may_be_kept_again(robot, "pose") == by_pose
+
+
+def test_so_may_limits_of_strain():
+    content = shipped_content("rfrfr")
+    content["rod"]["yield_strain"] = 0.01
+    assert may_be_kept_again(load_robot(content), "motors")
+
+
+def test_the_limit_of_the_first_motor_or_rod_is_told():
+    both = {Limit("effort_limit", 1), Limit("motor_limit", 0)}
+    assert first_of(frozenset(both)) == Limit("motor_limit", 0)
+    assert first_of(frozenset()) is None
 
 
 def test_a_limit_that_is_passed_by_what_rounding_hides_ends_the_way():

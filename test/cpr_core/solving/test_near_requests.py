@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from helpers.bordered_index import index_by_eigenvalues
 from helpers.shipped_steps import SHORT_FORM, STEPS
+from helpers.yaml_content import shipped_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,7 +17,9 @@ from benchmarks.near_requests import is_walked, straight_stewart_gough, walk_nea
 from benchmarks.walks import PROBLEMS, SOLVERS, walk_of
 from cpr_core import (
     Loads,
+    MotorLimitExceeded,
     NotReached,
+    UnstableEquilibrium,
     load_robot,
     solve_forward,
     solve_forward_by_effort,
@@ -276,3 +279,64 @@ def test_what_is_looked_at_halfway_is_what_a_walk_finds(problem):
         assert near.platform_position == pytest.approx(walk.last.platform_position, abs=1e-8)
         assert near.signs == walk.last.signs
     assert sum(count > 3 for count in found.values()) >= 7, found
+
+
+def limited_to(*position):
+    """The home of rfrfr whose first motor is kept between these."""
+    content = shipped_content("rfrfr")
+    content["legs"][0]["motor"]["limits"] = {"position": [*map(float, position)]}
+    return solve_home(load_robot(content))
+
+
+@pytest.mark.parametrize("part", [0.25, 0.75])
+def test_a_limit_is_kept_in_either_half(part):
+    free = solve_home(load_robot("rfrfr"))
+    ahead = solve_forward(free.robot, free.motors + [0.4, 0.15])
+    home = limited_to(-10.0, free.motors[0] + part * 0.4)
+    assert ALONE < target_of(home, "pose", ahead.pose).distance(home) / LONGEST_STEP < 1.0
+    with pytest.raises(MotorLimitExceeded, match="motor1: position"):
+        solve_inverse(home.robot, ahead.pose, start=home)
+
+
+def test_a_limit_that_is_come_to_faster_and_faster_is_kept():
+    """Half of the way to it is left in the middle, and it is passed at the end."""
+    free = solve_home(load_robot("rfrfr"))
+    beyond = solve_forward(free.robot, free.motors - [0.02, 0.0])
+    home = limited_to(free.motors[0] - 0.01, 10.0)
+    start = solve_forward(home.robot, home.motors + [0.41, 0.15])
+    with pytest.raises(MotorLimitExceeded, match="motor1: position"):
+        solve_inverse(home.robot, beyond.pose, start=start)
+
+
+@pytest.mark.parametrize(("change", "near"), [(0.004, True), (0.012, False)])
+def test_a_limit_that_comes_near_as_fast_as_that_is_left_to_a_walk(change, near):
+    free = solve_home(load_robot("rfrfr"))
+    ahead = solve_forward(free.robot, free.motors + [change, 0.0])
+    home = limited_to(-10.0, free.motors[0] + 0.02)
+    assert (solve_near(home, target_of(home, "pose", ahead.pose), False) is not None) == near
+
+
+def test_newton_steps_of_both_halves_count():
+    home = solve_home(load_robot("rfrfr"))
+    middle = solve_inverse(home.robot, home.pose + [0.045, 0.03], start=home)
+    last = solve_inverse(home.robot, home.pose + [0.09, 0.06], start=middle)
+    whole = solve_inverse(home.robot, last.pose, start=home)
+    assert whole.iterations == middle.iterations + last.iterations
+
+
+def test_stability_that_energy_does_not_decide_is_not_taken_for_granted():
+    home = solve_home(load_robot("three_rfs"))
+    loads = home.loads.with_(wrench_world=[0.0, 0.0, 0.01, 0.0, 0.0, 0.0])
+    start = solve_forward(home.robot, home.motors, loads=loads)
+    assert start.index_locked == 0
+    with pytest.raises(UnstableEquilibrium, match="not decided by energy"):
+        solve_forward(home.robot, start.motors + 1e-3, start=start, stable_only=True)
+
+
+def test_by_effort_stable_means_with_motors_that_give_way():
+    home = solve_home(load_robot("delta"))
+    assert (home.index_locked, home.index_free) == (0, 1)
+    efforts = 1.0001 * home.efforts
+    solve_forward_by_effort(home.robot, efforts, start=home)
+    with pytest.raises(UnstableEquilibrium, match="the start is unstable, index 1"):
+        solve_forward_by_effort(home.robot, efforts, start=home, stable_only=True)
