@@ -90,9 +90,7 @@ def _squared_size(equilibrium: Equilibrium, size: SizeOfMotion, motion: Floats) 
     """``v^T M v``, without M where that takes longer."""
     robot = equilibrium.robot
     if size == "elastic":
-        moved = motion.copy()
-        moved[robot.multiplier_indices] = 0.0
-        return float(moved @ (elastic_hessian(equilibrium) @ moved))
+        return float(motion @ (elastic_hessian(equilibrium) @ motion))
     moving = robot.moving_indices
     units = np.linalg.solve(robot.unit_motions[np.ix_(moving, moving)], motion[moving])
     return float(units @ units)

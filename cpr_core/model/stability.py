@@ -210,5 +210,5 @@ def elastic_hessian(solution: ModelState) -> Floats:
     for leg, numbers in zip(robot.description.legs, robot.numbers.legs, strict=True):
         for element, index in zip(leg.chain, numbers.coordinates, strict=True):
             if index is not None:
-                elastic[index, index] += element.ratio**2 * element.stiffness
+                elastic[index, index] += element.stiffness
     return elastic

@@ -331,6 +331,13 @@ def test_stations_that_do_not_reach_the_ends_are_told_so():
         load_robot(content)
 
 
+def test_forces_bend_at_stations_of_the_robot_only(spatial_robot):
+    """Its quadrature has no node anywhere else."""
+    bent = DistributedForce("leg1", [0.0, 0.3, 1.0], np.ones((3, 3)))
+    with pytest.raises(InvalidRequest, match=r"distributed: expected a station .* got 0\.3"):
+        spatial_robot.load_arrays(Loads.none().with_(distributed=[bent]))
+
+
 #: Another value of every attribute.
 OTHERS = {
     "gravity": [0.0, 0.0, -1.62],

@@ -31,3 +31,13 @@ def test_events_of_measures_are_those_of_paths_each_of_one_measure():
     events = [measure.event for measure in MEASURES.values() if measure.event]
     assert set(events) <= set(get_args(EventKind))
     assert len(set(events)) == len(events)
+
+
+def test_ranges_of_motors_count_in_rod_lengths_where_they_shift():
+    home = solve_home(load_robot("gough_stewart"))
+    lower, upper = np.transpose(
+        [(motor.limits.lower, motor.limits.upper) for motor in home.robot.description.motors]
+    )
+    left = np.minimum(home.motors - lower, upper - home.motors).min()
+    assert Assessment(home).motor_range == pytest.approx(left / home.robot.mean_length)
+    assert home.robot.mean_length == pytest.approx(0.45)

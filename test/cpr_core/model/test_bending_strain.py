@@ -126,3 +126,4 @@ def test_limits_of_the_others_are_kept(one_given):
     with pytest.raises(StrainLimitExceeded, match=r"^leg1: ") as raised:
         solve_forward(one_given.robot, one_given.motors + [1.5, -1.5])
     assert bending_strains(raised.value.last)[0] == pytest.approx(0.005, rel=1e-6)
+    assert raised.value.value == pytest.approx(0.005, rel=1e-6)

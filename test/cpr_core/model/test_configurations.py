@@ -10,7 +10,7 @@ from cpr_core import load_robot, solve_home
 from cpr_core.model.configurations import configuration_distance, configuration_rows, leg_units
 
 
-@pytest.fixture(scope="module", params=["rfrfr", "six_rfs"])
+@pytest.fixture(scope="module", params=["rfrfr", "gough_stewart"])
 def home(request):
     return solve_home(load_robot(request.param, modes=3))
 

@@ -123,17 +123,20 @@ def test_natural_units_follow_from_a_length_and_an_energy(name):
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "gough_stewart", "three_prs"])
-def test_the_motor_part_of_a_null_direction_is_in_rad_and_m(name):
-    """It is that of the dimensionless matrix, of either sign, in the units of the motors."""
+def test_null_directions_are_in_rad_and_m(name):
+    """They are those of the dimensionless matrices, of either sign, in units of motors and platform."""
     solution = placed(name)
     model, robot = kinemato_statics(solution), solution.robot
     for length in (robot.mean_length, 0.3 * robot.mean_length):
-        a, _, e, w = model.matrices(length)
-        matrix = np.hstack([a, e, -w[:, robot.motor_count :]])
-        null = np.linalg.svd(matrix)[2][-1, : robot.motor_count]
-        expected = null * problem_units(robot, length).states[robot.motor_indices]
-        found = model.singularity("inverse_by_effort", length).motors
-        close(found * np.sign(found @ expected), expected)
+        (a, p, e, w), n = model.matrices(length), robot.motor_count
+        for problem, part, indices, first, wrench in (
+            ("inverse_by_effort", "motors", robot.motor_indices, a, w[:, n:]),
+            ("forward", "platform", robot.platform_indices, p, w[:, :n]),
+        ):
+            null = np.linalg.svd(np.hstack([first, e, -wrench]))[2][-1, : first.shape[1]]
+            units = problem_units(robot, length).states[indices]
+            found = getattr(model.singularity(problem, length), part)
+            close(found * np.sign(found @ (null * units)), null * units)
 
 
 @pytest.mark.parametrize("motor", range(4))

@@ -196,3 +196,10 @@ def test_a_robot_that_was_written_to_would_answer_otherwise():
     found = solve_forward(robot, solve_home(robot).motors + 0.2)
     assert found.margin > 0.0
     assert found.spectrum_locked.eigenvalues[0] > 0.0
+
+
+def test_how_often_newton_stepped_is_told_of_one_equilibrium_alone():
+    home = solve_home(load_robot("rfrfr"))
+    steps = home.iterations
+    assert home.with_iterations(steps + 7).iterations == steps + 7
+    assert home.iterations == steps

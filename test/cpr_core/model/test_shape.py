@@ -94,6 +94,7 @@ def test_legs_without_links_have_no_rigid_pieces_and_feeds_are_joints():
         ("feed", "motor1"),
         ("fixed", None),
     ]
+    np.testing.assert_array_equal(shape.joints[0].position, shape.position[0])
 
 
 class Ball(joints.Spherical):

@@ -53,6 +53,16 @@ def test_index_and_condition_number_are_those_of_the_eigenvalues(y):
     assert found.inverse_condition_number < 1.0
 
 
+@pytest.mark.parametrize("name", ["delta", "six_rus"])
+def test_eigenvalues_that_are_rounding_are_not_counted(name):
+    """Without loads their cranks turn as they like where motors give way."""
+    home = solve_home(load_robot(name))
+    found = solve_forward(home.robot, home.motors, loads=Loads.none())
+    eigenvalues = found.spectrum_free.eigenvalues
+    assert abs(eigenvalues[0]) < 1e-12 * eigenvalues[-1]
+    assert found.spectrum_free.index == found.index_free == 0
+
+
 def test_crossings_converge_to_those_of_continuous_rods():
     """Continuous rods (test_conjugate_points.py): 0.035710941 and -0.057398930."""
     robot = load_robot("rfrfr", modes=16)
