@@ -10,6 +10,7 @@ from helpers.parameter_kinds import with_loads
 from numpy.testing import assert_allclose
 
 from cpr_core import (
+    DescriptionError,
     Robot,
     derivatives,
     load_robot,
@@ -122,3 +123,21 @@ def test_no_robots_are_built_again_for_other_loads(monkeypatch, paths):
     for loads in (own.with_(rod_force=[0, 0, 1.0]), own.with_(wrench_body=[0, 0, 0, 1.0, 0, 0])):
         array_rates(robot, loads, named_parameters(robot.description, paths))
     assert built == ([], [])
+
+
+@pytest.mark.parametrize(("refused", "sides"), [(None, {-1, 1}), (1, {-1}), (-1, {1})])
+def test_where_there_are_robots_on_one_side_only_they_tell_a_rate(refused, sides):
+    """Of what is no straight line of the number: its square."""
+    robot = load_robot("rfrfr")
+    (parameter,) = named_parameters(robot.description, "rod.length")
+
+    def beside(robot, changes):
+        ((_, change),) = changes
+        if np.sign(change) == refused:
+            raise DescriptionError("rfrfr", "rod.length", "none there")
+        return robot
+
+    near = nearby_robots.nearby(robot, parameter, nearby_robots.CENTRAL, 0.01, beside)
+    assert {*np.sign(near.changes)} - {0} == sides
+    squares = (parameter.value + np.array(near.changes)) ** 2
+    assert squares @ near.weights == pytest.approx(2.0 * parameter.value)

@@ -192,3 +192,14 @@ def test_errors_of_modes_are_those_without_rollers(plain, robot):
         for each, motors in ((plain, lengths), (robot, motors_of(lengths)))
     ]
     assert errors[1] == pytest.approx(errors[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("ratios", [(1.0, -0.3), (-0.3, 1.0)])
+def test_what_goes_farthest_says_how_far_a_motor_of_several_rods_goes(ratios):
+    content = as_chains("gough_stewart", links=False)
+    for leg, ratio in zip(content["legs"][:2], ratios, strict=True):
+        leg["chain"][0] |= {"motor": "both", "ratio": ratio, "offset": 0.2 if ratio > 0.0 else 0.5}
+    content["home"]["motors"] = content["home"]["motors"][:5]
+    content["controlled"] = ["x", "y", "z", "roll", "pitch"]
+    robot = load_robot(content)
+    assert robot.motor_units[0] == pytest.approx(robot.mean_length)
