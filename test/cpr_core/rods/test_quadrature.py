@@ -21,7 +21,7 @@ from cpr_core import NotReached, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.rotation_kernel import rotation_steps
 from cpr_core.lie import rotation_exp
-from cpr_core.rods.quadrature import MAGNUS_WEIGHTS, rod_grid
+from cpr_core.rods.quadrature import MAGNUS_WEIGHTS, distinct_stations, rod_grid
 from cpr_core.solving.load_robot import load_robot
 
 FAST = settings(deadline=None, derandomize=True, max_examples=100)
@@ -324,3 +324,8 @@ def test_nor_where_rods_are_bent_far(name, modes):
         compared += 1
         gap = found.platform_position - expected.platform_position
         assert np.linalg.norm(gap) < 1e-9
+
+
+def test_stations_that_differ_by_rounding_are_one_and_ends_are_none():
+    given = (1e-10, 0.3, 0.1 + 0.2, 0.3 + 1e-7, 1.0 - 1e-10)
+    assert distinct_stations(given) == (0.3, 0.3 + 1e-7)

@@ -10,6 +10,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from cpr_core import kinemato_statics, load_robot, solve_home
+from cpr_core.rods.quadrature import rod_grid
+from cpr_core.rods.rod import Rod
+from cpr_core.rods.sections import CircularSection
 
 YOUNG, SHEAR, LENGTH = 2.1e11, 8.2e10, 0.8
 
@@ -88,3 +91,15 @@ def test_that_of_a_profile_lies_between_its_ends_and_nearer_to_the_softer_one():
     rod = two_legs(plain).description.legs[0].rods[0].rod
     # On every stretch the factor is linear: int ds / f = length ln(f1 / f0) / (f1 - f0).
     assert rod.mean_rigidity == pytest.approx(rod.rigidities.max() * 2.0 / np.log(3.0), rel=1e-12)
+
+
+def test_a_cone_weighs_and_is_strained_as_thick_as_it_is():
+    base, tip, density = 0.0013, 0.0009, 7800.0
+    section, sigma = CircularSection(base, tip), np.array([0.0, 0.5, 1.0])
+    rod = Rod(LENGTH, section, YOUNG, SHEAR, density)
+    grid = rod_grid(4)
+    mass = LENGTH * grid.weights @ rod.mass_at(grid.nodes)
+    volume = np.pi * LENGTH / 3.0 * (base**2 + base * tip + tip**2)
+    assert mass == pytest.approx(density * volume, rel=1e-12)
+    strains = rod.bending_strain_at(sigma, np.tile([9.0, 3.0, 4.0], (3, 1)))
+    assert_allclose(strains, 5.0 * np.array([base, 0.5 * (base + tip), tip]), rtol=1e-12)

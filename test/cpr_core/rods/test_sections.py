@@ -72,3 +72,8 @@ def test_what_was_measured_is_taken_as_it_is():
     section = GivenSection(torsion=1.0, bending_2=2.0, bending_3=3.0, mass=4.0)
     assert section.rigidities(YOUNG, SHEAR) == (1.0, 2.0, 3.0)
     assert section.mass_per_length(DENSITY) == 4.0
+
+
+def test_a_cone_with_equal_ends_is_none():
+    assert CircularSection(0.001, 0.0009).tapered
+    assert not CircularSection(0.001, 0.001).tapered

@@ -180,3 +180,22 @@ def test_a_single_place_has_the_values_it_has_among_others(kind, modes):
     expected = kind().values(SIGMA, modes)
     found = [kind().values(SIGMA[k : k + 1], modes)[0] for k in range(len(SIGMA))]
     assert_allclose(found, expected, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("basis", [*(kind() for kind in POLYNOMIALS), *SPLINES], ids=repr)
+def test_what_modes_can_do_richer_ones_can_too(basis):
+    count = mode_count(basis) if isinstance(basis, BSplines) else 5
+    modes = StrainModes((0, 0, count), basis)
+    richer = modes.richer(2)
+    assert richer.counts[:2] == (0, 0) and richer.total > count
+    values, sigma = modes.values(np.sort(SIGMA)), np.sort(SIGMA)
+    combined = richer.values(sigma)
+    found = combined @ np.linalg.lstsq(combined, values, rcond=None)[0]
+    assert_allclose(found, values, atol=1e-12)
+
+
+@pytest.mark.parametrize("basis", [Legendre(), BSplines()], ids=repr)
+def test_modes_hold_no_strain_in_a_direction_without_any(basis):
+    modes, nothing, bent = StrainModes((0, 0, 5), basis), np.zeros(0), np.array([1.5])
+    assert modes.hold((nothing, nothing, bent))
+    assert not modes.hold((nothing, bent, nothing))
