@@ -11,8 +11,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
+from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
-from cpr_msgs.srv import GetKinematoStatics
+from cpr_msgs.srv import CheckStability, GetKinematoStatics
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from helpers.drive import SETTINGS, Drive, changed_robot, robot, uncontrolled_robot
@@ -20,6 +21,7 @@ from helpers.markers import markers_of
 from helpers.rigid_leg import rigid_leg
 from helpers.turntable import turntable
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from cpr_core import (
@@ -27,23 +29,35 @@ from cpr_core import (
     InvalidRequest,
     NonFiniteInput,
     error_of,
+    kinemato_statics,
     leg_shapes,
     solve_forward,
     solve_home,
+    spectrum,
 )
 from cpr_core.drawing.robot_lines import bending_curvature
 from cpr_core.lie import rotation_exp
 from cpr_core.model.assessment import Assessment
 from cpr_core.model.kinemato_statics import KinematoStatics
+from cpr_core.model.platform_coordinates import six_components
+from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
-from cpr_ros.following.supervision import BLIND, FIELDS
+from cpr_ros.following.supervision import BLIND, FIELDS, Action, State, Status, Verdict
 from cpr_ros.interface.diagnostics import diagnostic_array
-from cpr_ros.messages.analysis import fill_kinemato_statics
+from cpr_ros.messages.analysis import (
+    fill_kinemato_statics,
+    fill_stability,
+    message_matrix,
+    singularity_message,
+)
 from cpr_ros.messages.conversions import (
     Frames,
+    fill_equilibrium,
     platform_pose,
     with_wrench,
 )
+from cpr_ros.messages.geometry import quaternion_of, twist_of, vector_of, wrench_of
+from cpr_ros.messages.model_error import model_error_message
 from cpr_ros.messages.motor_messages import measured_motors, motor_setpoint
 from cpr_ros.messages.stability_stream import Moment, StabilityStream
 from cpr_ros.messages.transforms import transform_of
@@ -123,6 +137,7 @@ def test_measured_motors_are_found_among_others():
     for wrong in (
         JointState(name=names[:2], position=[0.0, 0.5]),
         JointState(name=names, position=[0.0, 0.5]),
+        JointState(name=names, position=[0.0, 0.5, 2.6, 2.7]),
         JointState(name=["motor1", "motor2", "motor1"], position=[1.0, 0.5, 1.0]),
     ):
         with pytest.raises(InvalidRequest):
@@ -134,6 +149,152 @@ def test_every_measure_is_in_the_message():
     message = metrics_of(outcome)
     for measure, field in FIELDS.items():
         assert attrgetter(field)(message) == pytest.approx(outcome.assessment.value(measure)) != 0.0
+
+
+def test_every_field_of_the_stream_is_what_it_is_called():
+    home, thresholds = solve_home(robot("delta")), SETTINGS.thresholds
+    assessment = Assessment(home, characteristic_length=0.3, solve_time=0.0125)
+    verdict = Verdict(Status.JOINT_BOUND, "near its end", Action.SLOW, 0.25, "motor_range", 0.5)
+    tick = Drive(robot("delta")).tick()
+    outcome = replace(tick, assessment=assessment, verdict=verdict, state=State.ALIGNING)
+    loop = LoopStatus(Loop.FROZEN, "it jumped", 0.7, 0.01, 0.02)
+    told = StabilityStream().message(
+        Moment(outcome, 0.0, (7, 8)),
+        thresholds,
+        FRAMES,
+        setpoint_age=1.5,
+        wrench_age=2.5,
+        loop=loop,
+    )
+    locked, free = home.spectrum_locked.eigenvalues, home.spectrum_free.eigenvalues
+    model = kinemato_statics(home)
+    forward, inverse = (model.singularity(name, 0.3) for name in ("forward", "inverse"))
+    expected = {
+        "status": Status.JOINT_BOUND,
+        "status_text": "near its end",
+        "action": Action.SLOW,
+        "speed_scale": 0.25,
+        "state": State.ALIGNING,
+        "converged": True,
+        "residual": home.residual,
+        "energy_criterion_applies": True,
+        "index_locked": 0,
+        "index_free": 1,
+        "smallest_eigenvalues_locked": locked[:4],
+        "smallest_eigenvalues_free": free[:4],
+        "inverse_condition_number": locked[0] / locked[-1],
+        "margin": home.margin,
+        "margin_trend": 0.0,
+        "margin_warning": thresholds["margin"].warning,
+        "margin_stop": thresholds["margin"].stop,
+        "characteristic_length": 0.3,
+        "forward": singularity_message(home.robot, forward),
+        "inverse": singularity_message(home.robot, inverse),
+        "motor_range": assessment.motor_range,
+        "effort_reserve": assessment.effort_reserve,
+        "strain_reserve": assessment.strain_reserve,
+        "model_error": error_of(home).distance,
+        "model_error_warning": np.inf,
+        "nearest_threshold": "motor_range",
+        "distance_to_threshold": 0.5,
+        "stiffness": message_matrix(home.robot, model.stiffness()).ravel(),
+        "setpoint_age": 1.5,
+        "wrench_age": 2.5,
+        "solve_time": 0.0125,
+        "loop": Loop.FROZEN,
+        "loop_text": "it jumped",
+        "measured_pose_age": 0.7,
+        "position_error": 0.01,
+        "rotation_error": 0.02,
+    }
+    assert {"header", *expected} == {*told.get_fields_and_field_types()}
+    assert told.header == Header(stamp=Time(sec=7, nanosec=8), frame_id="base")
+    for name, value in expected.items():
+        np.testing.assert_array_equal(getattr(told, name), value, err_msg=name)
+
+
+def test_every_field_of_an_equilibrium_is_what_it_is_called():
+    made = robot("delta")
+    wrenches = {"wrench_world": [0, 0, 0, 0.1, 0.2, 0.3], "wrench_body": [0, 0.01, 0, 0, 0, 0.4]}
+    loads = made.default_loads.with_(gravity=[0.1, 0.2, -9.0], **wrenches)
+    found = solve_forward(made, solve_home(made).motors + [0.1, 0.0, 0.05], loads=loads)
+    told, stamp = EquilibriumMessage(), Time(sec=7, nanosec=8)
+    fill_equilibrium(told, found, FRAMES, stamp, 0.0125, eigenvalues=True)
+    expected = {
+        "leg_coordinates": found.leg_coordinates,
+        "multipliers": found.multipliers,
+        "converged": True,
+        "residual": found.residual,
+        "iterations": found.iterations,
+        "index_locked": found.index_locked,
+        "index_free": found.index_free,
+        "smallest_eigenvalue_locked": found.spectrum_locked.smallest,
+        "smallest_eigenvalue_free": found.spectrum_free.smallest,
+        "margin": found.margin,
+        "energy": found.energy,
+        "solve_time": 0.0125,
+    }
+    of_parts = {"header", "motors", "platform_in_base", "loads"}
+    assert of_parts | expected.keys() == {*told.get_fields_and_field_types()}
+    for name, value in expected.items():
+        np.testing.assert_array_equal(getattr(told, name), value, err_msg=name)
+    assert found.iterations and found.residual and found.index_free != found.index_locked
+    header = Header(stamp=stamp, frame_id="base")
+    assert told.header == told.motors.header == header
+    assert told.motors.name == list(made.motor_names)
+    for name, value in (("position", found.motors), ("effort", found.efforts)):
+        np.testing.assert_array_equal(getattr(told.motors, name), value)
+    np.testing.assert_array_equal(told.motors.velocity, np.zeros(3))
+    np.testing.assert_array_equal(
+        vector_of(told.platform_in_base.position), found.platform_position
+    )
+    turn = quaternion_of(told.platform_in_base.orientation)
+    np.testing.assert_array_equal(turn, found.platform_quaternion)
+    (own,) = told.loads
+    np.testing.assert_array_equal(vector_of(own.gravity), loads.gravity)
+    np.testing.assert_array_equal(wrench_of(own.wrench_in_base), loads.wrench_world)
+    np.testing.assert_array_equal(wrench_of(own.wrench_in_platform), loads.wrench_body)
+
+
+@pytest.mark.parametrize("reading", ["locked", "free"])
+def test_every_field_of_an_answer_about_stability_is_what_it_is_called(reading):
+    home, answer = solve_home(robot("delta")), CheckStability.Response()
+    request = CheckStability.Request()
+    request.motors_are = request.FREE if reading == "free" else request.LOCKED
+    fill_stability(home, request, answer)
+    found = spectrum(home, reading)
+    assert answer.stable == (reading == "locked") and answer.energy_criterion_applies
+    assert answer.index == found.index
+    np.testing.assert_array_equal(answer.eigenvalues, found.eigenvalues[:6])
+    np.testing.assert_array_equal(answer.margin, found.margin)
+    assert answer.inverse_condition_number == found.inverse_condition_number
+    motors = found.softest_motion[home.robot.motor_indices]
+    np.testing.assert_array_equal(answer.softest_motors, motors)
+    assert motors.any() == (reading == "free")
+    platform = six_components(
+        home.robot.platform_axes, found.softest_motion[home.robot.platform_indices]
+    )
+    np.testing.assert_array_equal(twist_of(answer.softest_platform), platform)
+
+
+def test_loads_of_the_description_are_not_told():
+    told = EquilibriumMessage()
+    fill_equilibrium(told, solve_home(robot("delta")), FRAMES, Time(), 0.0, eigenvalues=False)
+    assert not told.loads
+    assert np.isnan(
+        [told.margin, told.smallest_eigenvalue_locked, told.smallest_eigenvalue_free]
+    ).all()
+
+
+@pytest.mark.parametrize("held", ["motors", "pose", "efforts"])
+def test_every_field_of_a_model_error_is_what_it_is_called(held):
+    home = solve_home(robot("six_rfs"))
+    found, told = error_of(home, held), model_error_message(home, held)
+    assert (told.held, told.distance) == (held, found.distance)
+    for name in ("position", "rotation"):
+        np.testing.assert_array_equal(vector_of(getattr(told, name)), getattr(found, name))
+    np.testing.assert_array_equal(told.motors, found.motors)
+    np.testing.assert_array_equal(told.efforts, found.efforts)
 
 
 def test_a_platform_that_is_to_be_seen_and_is_not_is_slowed_down(rfrfr):
@@ -216,16 +377,20 @@ def test_legs_are_coloured_by_bending_strain_or_by_stability(rfrfr):
     outcome = rfrfr.tick()
     by_strain = markers_of(outcome, "strain").markers
     legs = [marker for marker in by_strain if marker.ns == "legs"]
-    assert len(legs) == 2
+    assert [marker.id for marker in legs] == [0, 1]
     for marker, shape in zip(legs, leg_shapes(outcome.assessment.equilibrium, 24), strict=True):
         curvature = bending_curvature(shape.curvature)
         red = [color.r - color.b for color in marker.colors]
         assert np.argmax(red) == np.argmax(curvature)
         assert np.argmin(red) == np.argmin(curvature)
     by_stability = markers_of(outcome, "stability").markers
-    color = by_stability[0].color
     assert not by_stability[0].colors
-    assert color.g > color.r
+    colors = []
+    for action in (Action.NONE, Action.SLOW, Action.HALT):
+        told = replace(outcome, verdict=replace(outcome.verdict, action=action))
+        color = markers_of(told, "stability").markers[0].color
+        colors.append([name for name in "rgb" if getattr(color, name) > 0.5])
+    assert colors == [["g"], ["r", "g"], ["r"]]
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-5])
@@ -294,6 +459,8 @@ def test_links_and_joints_have_markers():
     pieces = [piece for shape in shapes for piece in shape.rigid_pieces]
     ends = [end for piece in pieces for pair in pairwise(piece) for end in pair]
     assert (links.type, joints.type) == (Marker.LINE_LIST, Marker.SPHERE_LIST)
+    widths = [by_name[name].scale.x for name in ("legs", "links", "joints")]
+    np.testing.assert_allclose(np.divide(widths, widths[0]), [1.0, 2.0, 3.0])
     np.testing.assert_allclose([[p.x, p.y, p.z] for p in links.points], ends)
     places = [joint for shape in shapes for joint in shape.joints]
     np.testing.assert_allclose(

@@ -7,17 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import WrenchStamped
 from helpers.branches import stable_elsewhere
 from helpers.drive import robot
 from numpy.testing import assert_allclose
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 from cpr_core import InvalidRequest, NonFiniteInput, solve_forward, solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_from_quaternion
 from cpr_ros.following import felt_wrench
 from cpr_ros.following.felt_wrench import FeltWrench, WrenchSettings
 from cpr_ros.messages.conversions import Frames, joint_state, with_wrench
+from cpr_ros.messages.geometry import wrench_of
 from cpr_ros.messages.wrench_messages import measured_efforts, wrench_estimate
 
 SETTINGS = WrenchSettings(
@@ -273,18 +276,22 @@ def test_the_message_has_forces_first():
     measured = Measured()
     wrench = np.array([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
     measured.push(wrench)
-    found = measured.take()
-    stamp = JointState().header.stamp
+    measured.take_pose(shift=1e-4)
+    found, stamp = measured.take(), Time(sec=7, nanosec=8)
     told = wrench_estimate(
-        found, Frames("base", "platform"), stamp, with_pose=False, latency=0.0, solve_time=0.0
+        found, Frames("base", "platform"), stamp, with_pose=True, latency=0.03, solve_time=0.02
     )
-    assert told.wrench.force.x == pytest.approx(0.04) and told.wrench.torque.z == pytest.approx(
-        0.03
-    )
+    told_wrench = wrench_of(told.wrench)
+    assert_allclose(told_wrench, found.wrench_world, rtol=0.0)
+    assert_allclose(told_wrench, wrench, atol=0.02)
     covariance = np.reshape(told.covariance, (6, 6))
     assert covariance[0, 4] == found.covariance[3, 1]
     assert (told.felt, told.coordinates, len(told.unfelt)) == (6, 6, 0)
-    assert told.header.frame_id == "base"
+    assert told.header == Header(stamp=stamp, frame_id="base")
+    assert (told.with_pose, told.latency, told.solve_time) == (True, 0.03, 0.02)
+    for name in ("chi_square", "degrees_of_freedom", "consistency", "observability", "words"):
+        assert getattr(told, name) == getattr(found, name)
+    assert found.degrees_of_freedom == 6 and 0.0 < found.consistency < 1.0
 
 
 def test_a_push_that_a_message_calls_unfelt_is_not_felt():
@@ -293,6 +300,7 @@ def test_a_push_that_a_message_calls_unfelt_is_not_felt():
     found, home, stamp = measured.take(), measured.home, JointState().header.stamp
     told = wrench_estimate(found, frames, stamp, with_pose=False, latency=0.0, solve_time=0.0)
     assert (told.felt, told.coordinates) == (3, 6)
+    assert (told.degrees_of_freedom, told.with_pose) == (0, False)
     push = 1e-4 * home.robot.arrays.energy_unit / home.robot.mean_length
     message = WrenchStamped()
     for unfelt in np.reshape(told.unfelt, (3, 6)):
