@@ -62,8 +62,7 @@ def requirements(figures: dict[str, Figure]) -> tuple[Requirement, ...]:
             at_most=2.0,
         )
     time_below("forward/rfrfr/5", 2e-5, "warm forward solve, planar RFRFR, 5 modes")
-    if "path of 51 points/six_rfs/5" in figures:
-        time_below("path of 51 points/six_rfs/5", 6e-3, "path of 51 points, 6-RFS")
+    time_below("path of 51 points/six_rfs/5", 6e-3, "path of 51 points, 6-RFS")
     ratio(
         "at 1e-6 m, continuous shooting/six_rfs",
         "at 1e-6 m, this library/six_rfs",
