@@ -5,12 +5,13 @@
 
 import csv
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from cpr_core.lie import rotation_from_quaternion
+from cpr_core.lie import rotation_exp, rotation_from_quaternion
 from paper import accuracy, published
 from paper.cases import RFRFR, SIX_RFS, SLICE_ROTATION, slice_pose
 
@@ -56,6 +57,13 @@ def test_table_iv(modes):
     angle = float(published.TABLE_IV_ANGLE[modes][2])
     assert accuracy.position_errors(SIX_RFS, modes).mean() == pytest.approx(position, rel=0.05)
     assert accuracy.angle_errors(SIX_RFS, modes).mean() == pytest.approx(angle, rel=0.15)
+
+
+@pytest.mark.parametrize("axis", np.eye(3))
+def test_an_angle_counts_about_every_axis(axis):
+    paths = [[SimpleNamespace(platform_rotation=rotation_exp(size * axis))] for size in (0.0, 0.01)]
+    case = SimpleNamespace(modes_path=lambda modes: paths[0], continuous_path=lambda: paths[1])
+    assert_allclose(accuracy.angle_errors(case, 5), [np.degrees(2.0 * np.sin(0.01))], rtol=1e-12)
 
 
 def test_table_v():

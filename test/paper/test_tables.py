@@ -7,8 +7,10 @@ import csv
 
 import pytest
 
-from paper.tables import Entry, Table, error_table, number
+from paper.accuracy import InverseErrors
+from paper.tables import Entry, Table, error_table, number, table_i, table_iii
 from paper.tables import statistics as statistics_of
+from paper.timing import CONFIGURATIONS, Measurement
 
 
 @pytest.mark.parametrize(
@@ -72,3 +74,34 @@ def test_what_was_not_measured_stays_empty(tmp_path):
     table.write(tmp_path)
     assert "| 5 | – | 2.00 |" in table.markdown()
     assert ",,," in (tmp_path / "table_y.csv").read_text()
+
+
+def test_times_are_in_milliseconds_and_ratios_over_the_first_model():
+    seconds = {"#1": 0.002, "#2": 0.008, "#3": 0.4}
+    measured = {
+        (model, count): Measurement(model, count, time, 1.0, 1, 0.0, 3.0)
+        for model, time in seconds.items()
+        for count in CONFIGURATIONS
+    }
+    table = table_iii(measured, ())
+    entries = dict(zip(table.columns, table.rows[0][1], strict=True))
+    found = {name: entry.ours for name, entry in entries.items() if entry.ours is not None}
+    assert found == pytest.approx(
+        {
+            "Mod. #1 [ms]": 2.0,
+            "Mod. #2 [ms]": 8.0,
+            "Mod. #3 [ms]": 400.0,
+            "#2 / #1": 4.0,
+            "#3 / #1": 200.0,
+        }
+    )
+
+
+def test_poses_that_are_unstable_do_not_count_in_table_i():
+    import numpy as np
+
+    errors, position = np.array([[1.0, 2.0], [3.0, 4.0], [50.0, 60.0]]), np.array([0.1, 0.3])
+    motors = {modes: InverseErrors(errors, 51, (0, 0, 1)) for modes in (3, 4, 5)}
+    table = table_i(dict.fromkeys((3, 4, 5), position), motors)
+    for _, entries in table.rows:
+        assert [entry.ours for entry in entries[3:]] == [1.0, 4.0, 2.5]
