@@ -9,7 +9,7 @@ from helpers.parameter_robots import SHARED, SIX_RFS
 from numpy.testing import assert_array_equal
 
 from cpr_core import DescriptionError, MotorLimitExceeded, Robot, load_robot, solve_forward
-from cpr_core.description.changed_description import named_parameters, shifted
+from cpr_core.description.changed_description import named_parameters, shifted, shifted_together
 from cpr_core.model.varied_numbers import numbers_of
 from cpr_core.solving.limits import limits_of
 
@@ -116,3 +116,16 @@ def test_what_is_shifted_is_what_is_written(name, path, legs):
     }
     kept = [leg in robot.description.legs for leg in beside.description.legs]
     assert sum(kept) == (0 if legs is None else len(kept) - legs)
+
+
+def test_what_is_changed_by_two_paths_is_changed_by_both():
+    description = load_robot("rfrfr").description
+    one, all_of_them = named_parameters(
+        description, ["legs[0].base.position[1]", "legs[*].base.position[1]"]
+    )
+    changed = shifted_together(description, ((one, 0.01), (all_of_them, 0.002)))
+    moved = [
+        after.base_position[1] - before.base_position[1]
+        for after, before in zip(changed.legs, description.legs, strict=True)
+    ]
+    assert moved == pytest.approx([0.012, 0.002])

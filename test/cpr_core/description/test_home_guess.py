@@ -90,3 +90,28 @@ def test_planar_homes_bend_in_the_plane(file):
     text = shipped_robots()["rfrfr"].read_text()
     with pytest.raises(DescriptionError, match=r"home\.strain\[0\]: a planar robot bends"):
         load_robot(file(text.replace("bow: outward", "strain: [{bending_2: [-2.0]}, {}]")))
+
+
+def test_strain_at_home_is_that_of_every_leg():
+    content = shipped_content("rfrfr")
+    content["home"] = {"motors": [1.7, 1.4], "strain": [{"bending_3": [1.0]}]}
+    with pytest.raises(DescriptionError, match=r"home\.strain: expected 2 entries, .* got 1"):
+        load_robot(content)
+
+
+def test_a_fed_rod_has_a_length_at_home():
+    content = shipped_content("gough_stewart")
+    for leg in content["legs"]:
+        leg["motor"].pop("limits")
+    content["home"]["motors"][2] = 0.0
+    with pytest.raises(
+        DescriptionError, match=r"home\.motors: expected positive rod lengths, got 0"
+    ):
+        load_robot(content)
+
+
+def test_where_a_joint_with_a_motor_is_at_home_its_motor_says():
+    content = shipped_content("delta")
+    content["home"]["joints"] = {"leg1.joint1": 0.1}
+    with pytest.raises(DescriptionError, match=r"motor1 moves it: give home\.motors"):
+        load_robot(content)

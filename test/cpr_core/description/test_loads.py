@@ -331,6 +331,12 @@ def test_stations_that_do_not_reach_the_ends_are_told_so():
         load_robot(content)
 
 
+@pytest.mark.parametrize("at", [[0.0, 0.9], [0.1, 1.0], [0.0, 0.5, 0.5, 1.0], [0.0]])
+def test_stations_of_a_force_go_from_one_end_to_the_other(at):
+    with pytest.raises(InvalidRequest, match="increase from 0 to 1"):
+        DistributedForce("leg1", at, np.ones((len(at), 3)))
+
+
 def test_forces_bend_at_stations_of_the_robot_only(spatial_robot):
     """Its quadrature has no node anywhere else."""
     bent = DistributedForce("leg1", [0.0, 0.3, 1.0], np.ones((3, 3)))

@@ -100,3 +100,27 @@ def test_ratios_of_any_use_are_not_refused(value):
     content["home"]["motors"][0] /= value
     legs = read_description(content).legs
     assert legs[0].chain[0].ratio == value
+
+
+def test_a_way_per_turn_and_a_ratio_are_not_both_said():
+    content = shipped_content("three_prs")
+    content["legs"][0]["chain"][0] |= {"lead": 0.005, "ratio": 2.0}
+    with pytest.raises(DescriptionError, match="a motor that turns has a lead, one that shifts"):
+        load_robot(content)
+
+
+def test_a_motor_does_not_turn_at_one_joint_and_shift_at_another():
+    content = shipped_content("three_prs")
+    for leg, gear in zip(content["legs"], ({"lead": 0.5}, {}, {}), strict=True):
+        leg["chain"][0].pop("limits", None)
+        leg["chain"][0] |= {"motor": "both"} | gear
+    content |= {"controlled": ["z"], "home": {"motors": [0.1], "bow": "outward"}}
+    with pytest.raises(DescriptionError, match="motor 'both' cannot turn at one joint"):
+        load_robot(content)
+
+
+def test_as_many_coordinates_are_controlled_as_motors_can():
+    content = shipped_content("six_rfs")
+    content["controlled"] = ["x", "y", "z", "roll", "pitch"]
+    with pytest.raises(DescriptionError, match=r"controlled: expected 6 coordinates, .* got 5"):
+        load_robot(content)

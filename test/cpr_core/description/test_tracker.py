@@ -87,6 +87,7 @@ def test_it_moves_nothing_of_the_robot():
             [0, 0, 0, 180.0, 0, 0],
             "tracker.rotation_vector: .* at most a turn in radians, .*degrees",
         ),
+        ([0, 0, 0, 6.5, 0, 0], "tracker.rotation_vector: .* at most a turn in radians"),
         ([0, 0, 0, 1e4, 0, 0], "tracker.rotation_vector: .* got \\[10000.0, 0.0, 0.0\\]"),
         ([0, 0, 0, 1, 0], "tracker.rotation_vector: expected exactly 3 entries"),
         ([0, 0, 0, "x", 0, 0], "tracker.rotation_vector\\[0\\]: expected number"),

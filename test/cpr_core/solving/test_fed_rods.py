@@ -45,7 +45,7 @@ FAR = np.array([0.05, -0.04, 0.02, 0.05, -0.03, 0.04])
 
 
 def test_lengths_are_those_of_the_rods_and_motors_turn(plain, robot):
-    assert {motor.unit for motor in robot.description.motors} == {"rad"}
+    assert {(each.unit, each.moves) for each in robot.description.motors} == {("rad", "m")}
     lengths = solve_home(plain).motors + FAR
     expected, found = solve_forward(plain, lengths), solve_forward(robot, motors_of(lengths))
     np.testing.assert_allclose(found.platform_position, expected.platform_position, atol=1e-9)
@@ -194,7 +194,7 @@ def test_errors_of_modes_are_those_without_rollers(plain, robot):
     assert errors[1] == pytest.approx(errors[0], rel=1e-3)
 
 
-@pytest.mark.parametrize("ratios", [(1.0, -0.3), (-0.3, 1.0)])
+@pytest.mark.parametrize("ratios", [(1.0, -0.3), (-0.3, 1.0), (0.3, -1.0)])
 def test_what_goes_farthest_says_how_far_a_motor_of_several_rods_goes(ratios):
     content = as_chains("gough_stewart", links=False)
     for leg, ratio in zip(content["legs"][:2], ratios, strict=True):
@@ -203,3 +203,4 @@ def test_what_goes_farthest_says_how_far_a_motor_of_several_rods_goes(ratios):
     content["controlled"] = ["x", "y", "z", "roll", "pitch"]
     robot = load_robot(content)
     assert robot.motor_units[0] == pytest.approx(robot.mean_length)
+    assert robot.description.motors[0].ratio == max(ratios, key=abs)
