@@ -17,9 +17,9 @@ def test_parameters_have_one_order_and_what_is_not_determined_is_no_zero(monkeyp
     unknown = np.nan
     calibration_plot.plot_calibration(
         SimpleNamespace(
-            rows=(SimpleNamespace(residual=lambda _: [0.1, 0.2]),),
-            before=(None,),
-            after=(None,),
+            rows=(SimpleNamespace(residual=lambda size: [size, 2.0 * size]),),
+            before=(3.0,),
+            after=(0.1,),
             start=np.array([1.0, 0.0, 0.0]),
             values=np.array([1.0, 0.1, 0.2]),
             intervals=np.array([[unknown, unknown], [0.0, 0.2], [0.1, 0.3]]),
@@ -37,5 +37,10 @@ def test_parameters_have_one_order_and_what_is_not_determined_is_no_zero(monkeyp
     assert [label.get_text() for label in correlations.get_yticklabels()] == ["1", "2", "3"]
     told = [(text.get_text().strip(), text.get_position()[1]) for text in changes.texts]
     assert told == [("not determined", 0)]
+    (bars,) = changes.containers[0].lines[2]
+    ends = [segment[:, 0].tolist() for segment in bars.get_segments()]
+    np.testing.assert_allclose(ends, [[0.0, 0.2], [0.1, 0.3]])
+    residuals = {line.get_label(): line.get_ydata().tolist() for line in figures[0].axes[0].lines}
+    assert residuals == {"before": [3.0, 6.0], "after": [0.1, 0.2]}
     grey = correlations.get_facecolor()
     assert grey[0] == grey[1] == grey[2] < 0.9
