@@ -74,10 +74,13 @@ def _looked_at_halfway(
     if middle is None or end is None:
         return None
     robot, way = start.robot, (start, middle, end)
-    limits = limits_along(robot, np.stack([place.record for place in way]))
-    if undisturbed(limits.margins) < 2:
-        return None
-    watched = (watching.at(place, near) for place, near in zip(way, limits.smooth, strict=True))
+    smooth = np.zeros((len(way), 0))
+    if robot.limited:
+        limits = limits_along(robot, np.stack([place.record for place in way]))
+        if undisturbed(limits.margins) < len(way) - 1:
+            return None
+        smooth = limits.smooth
+    watched = (watching.at(place, near) for place, near in zip(way, smooth, strict=True))
     if hidden_in_halves(*watched):
         return None
     return end.with_iterations(middle.iterations + end.iterations)
