@@ -366,6 +366,11 @@ class Robot:
         return bool(np.isfinite(self.strain_limits).any())
 
     @cached_property
+    def limits_effort(self) -> bool:
+        """Whether the effort of any motor is limited."""
+        return bool(self.motor_limits.of_effort.any())
+
+    @cached_property
     def limited(self) -> bool:
         """Whether there are any limits of motors' positions and efforts or of strain."""
         return bool(self.limited_motors) or self.limits_strain

@@ -72,7 +72,7 @@ def may_be_kept_again(robot: Robot, problem: str) -> bool:
     Ranges of motors that are imposed are no such: they move evenly.
     """
     if problem == "motors":
-        return robot.limits_strain or bool(robot.motor_limits.of_effort.any())
+        return robot.limited and (robot.limits_strain or robot.limits_effort)
     return robot.limited
 
 

@@ -38,22 +38,22 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
         return None
     if stable_only and (start.index_free if by_effort else start.index_locked):
         return None
-    watching = Watching(may_be_kept_again(robot, target.problem), pose and stable_only, pose)
-    length = 0.0
-    if watching and not by_effort:
-        length = target.distance(start) / LONGEST_STEP
+    watched = pose or may_be_kept_again(robot, target.problem)
+    length = target.distance(start) / LONGEST_STEP if watched and not by_effort else 0.0
     if length > 1.0:
         return None
     if length > ALONE:
-        return _looked_at_halfway(start, target, watching)
+        return _looked_at_halfway(start, target, stable_only)
     end = _step(start, target)
-    if end is None or not _within_limits(start, end):
+    if end is None or (robot.limited and not _within_limits(start, end)):
         return None
-    if watching and by_effort:  # near in what the motors do: a column hardly moves by large efforts
+    if watched and by_effort:  # near in what the motors do: a column hardly moves by large efforts
         length = float(apart(robot, "motors", start.motors, end.motors)) / LONGEST_STEP
         return end if length <= ALONE else None
-    if watching.stability and may_hide_in_one_step(firm_margin(start), firm_margin(end), length):
-        return None
+    if stable_only and pose:
+        before, after = firm_margin(start), firm_margin(end)
+        if may_hide_in_one_step(before, after, length):
+            return None
     return end
 
 
@@ -65,15 +65,14 @@ def _step(start: Equilibrium, target: Target, fraction: float = 1.0) -> Equilibr
     )
 
 
-def _looked_at_halfway(
-    start: Equilibrium, target: Target, watching: Watching
-) -> Equilibrium | None:
+def _looked_at_halfway(start: Equilibrium, target: Target, stable_only: bool) -> Equilibrium | None:
     """Two steps, where nothing that is watched may change its sign in either of them."""
     middle = _step(start, target, 0.5)
     end = None if middle is None else _step(middle, target)
     if middle is None or end is None:
         return None
-    robot, way = start.robot, (start, middle, end)
+    robot, way, pose = start.robot, (start, middle, end), target.problem == "pose"
+    watching = Watching(may_be_kept_again(robot, target.problem), pose and stable_only, pose)
     smooth = np.zeros((len(way), 0))
     if robot.limited:
         limits = limits_along(robot, np.stack([place.record for place in way]))
@@ -88,7 +87,5 @@ def _looked_at_halfway(
 
 def _within_limits(start: Equilibrium, end: Equilibrium) -> bool:
     """Whether limits hold at the end of a step, and did all along."""
-    if not end.robot.limited:
-        return True
     after = margins(end)
     return not violated(end.robot, after) and not grazes(margins(start), after)

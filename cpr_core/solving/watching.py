@@ -35,10 +35,6 @@ class Watching:
     stability: bool
     singularity: bool
 
-    def __bool__(self) -> bool:
-        """Whether anything is."""
-        return self.limits or self.stability or self.singularity
-
     def at(self, equilibrium: Equilibrium, limits: Floats) -> Watched:
         """What must not change its sign unseen.
 
