@@ -15,7 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..description.doubted_requests import quaternion_order_doubt, request_doubt
-from ..description.other_units import in_other_units
+from ..description.other_units import DEGREES, MILLIMETRES, in_other_units
 from ..errors import CprError, InvalidRequest, distinct
 from ..lie import quaternion_from_rotation
 from ..model.equilibrium import Equilibrium
@@ -333,12 +333,12 @@ def fit_doubts(
 def deviation_doubts(robot: Robot, deviations: StandardDeviations) -> tuple[str, ...]:
     """Which standard deviations of a pose look like another unit, before anything is measured."""
     pairs = (
-        ("position", "m", robot.mean_length, "millimetres, expected metres"),
-        ("rotation", "rad", 1.0, "degrees, expected radians"),
+        ("position", "m", robot.mean_length, MILLIMETRES),
+        ("rotation", "rad", 1.0, DEGREES),
     )
     return tuple(
-        f"{kind}: a standard deviation of {given:g} {unit} looks like {other}"
-        for kind, unit, natural, other in pairs
+        f"{kind}: a standard deviation of {given:g} {unit} {doubt}"
+        for kind, unit, natural, doubt in pairs
         if (given := getattr(deviations, kind) or 0.0) >= _VAGUE * natural
     )
 
