@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.robot import Robot
-from ..solving.limits import limits_of
 from ..validation import checked_word
 from ..workspace.grid import Grid
 from ..workspace.workspace_map import WorkspaceMap
@@ -60,7 +59,7 @@ _MOST_PANELS = 9
 
 def field_names(robot: Robot) -> tuple[str, ...]:
     """What can be drawn of a robot's maps."""
-    names = (*FIELDS, _OF_LIMITS) if limits_of(robot) else FIELDS
+    names = (*FIELDS, _OF_LIMITS) if robot.limited else FIELDS
     return (*names, *_positions(robot), *_efforts(robot))
 
 

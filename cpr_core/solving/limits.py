@@ -14,7 +14,6 @@ from ..description.doubted_requests import request_doubt
 from ..kernels.record_layout import EFFORT
 from ..model.bending_strain import bending_strains, strain_reserves, strains_in
 from ..model.equilibrium import Equilibrium
-from ..model.motor_limits import nearest
 from ..model.robot import Robot
 from .events import PathEvent
 from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
@@ -22,12 +21,10 @@ from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
 __all__ = [
     "ROUNDING",
     "Limit",
-    "LimitValues",
     "check_limits",
     "first_of",
     "grazes",
     "limit_error",
-    "limit_values",
     "limits_along",
     "limits_of",
     "margins",
@@ -38,32 +35,38 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
+MotorLimit = Literal["motor_limit", "effort_limit"]
 
 #: Steps that change a margin by less are not divided to find out whether its limit is passed within.
 SMALLEST_GRAZE = 1e-3
 #: Overshoot within the accuracy of a solution, of the margins.
 ROUNDING = 1e-9
 
+_NONE = np.zeros(0)
+
 
 class Limit(NamedTuple):
-    """A limit a robot has.
+    """A limit a robot has, at one end: who is beyond one has still the other one to keep.
 
     Attributes:
         kind: Which one.
         number: Motor or rod, from 0.
+        end: At which end of a range; of strains there is only the upper one.
     """
 
     kind: Literal["motor_limit", "effort_limit", "strain_limit"]
     number: int
+    end: Literal["lower", "upper"]
 
 
 def limits_of(robot: Robot) -> tuple[Limit, ...]:
-    """All limits of a robot, in the order of ``LimitValues.margins``."""
+    """All limits of a robot, in the order of ``margins``."""
     limits, rods = robot.motor_limits, np.flatnonzero(np.isfinite(robot.strain_limits))
     found = list[Limit]()
-    for number, of_effort in zip(limits.motors.tolist(), limits.of_effort, strict=True):
-        found.append(Limit("effort_limit" if of_effort else "motor_limit", number))
-    return (*found, *(Limit("strain_limit", number) for number in rods.tolist()))
+    for place, upper in np.argwhere(limits.finite):
+        kind: MotorLimit = "effort_limit" if limits.of_effort[place] else "motor_limit"
+        found.append(Limit(kind, int(limits.motors[place]), "upper" if upper else "lower"))
+    return (*found, *(Limit("strain_limit", number, "upper") for number in rods.tolist()))
 
 
 def may_be_kept_again(robot: Robot, problem: str) -> bool:
@@ -76,43 +79,24 @@ def may_be_kept_again(robot: Robot, problem: str) -> bool:
     return robot.limited
 
 
-class LimitValues(NamedTuple):
-    """How far limits are at one place or at many.
-
-    Attributes:
-        margins: How far every limit is, negative where it does not hold, in the order of ``limits_of``,
-            (..., K). Positions count in natural units, efforts and strains relative to their limits.
-        smooth: The same from either end of the limits of motors, which has no kink, (..., S).
-    """
-
-    margins: Floats
-    smooth: Floats
-
-
-_NO_LIMITS = LimitValues(np.zeros(0), np.zeros(0))
-
-
-def limits_along(robot: Robot, records: Floats) -> LimitValues:
-    """How far limits are at equilibria of a robot, whose records are (..., .)."""
+def limits_along(robot: Robot, records: Floats) -> Floats:
+    """How far limits are at equilibria of a robot, whose records are (..., .): ``margins``, (..., K)."""
     limits, size = robot.motor_limits, robot.state_size
     efforts = records[..., size + EFFORT : size + EFFORT + robot.motor_count]
     sides = limits.sides_left(records[..., robot.arrays.motor_index : size], efforts)
-    found = LimitValues(nearest(sides), sides[..., limits.finite])
+    found: Floats = sides[..., limits.finite]
     if not robot.limits_strain:
         return found
-    strains = strains_in(robot, records[..., :size])
-    return LimitValues(*(with_strain_margins(robot, of_motors, strains) for of_motors in found))
-
-
-def limit_values(equilibrium: Equilibrium) -> LimitValues:
-    """How far they are at an equilibrium."""
-    robot = equilibrium.robot
-    return limits_along(robot, equilibrium.record) if robot.limited else _NO_LIMITS
+    return with_strain_margins(robot, found, strains_in(robot, records[..., :size]))
 
 
 def margins(equilibrium: Equilibrium) -> Floats:
-    """``LimitValues.margins`` at an equilibrium, (K,)."""
-    return limit_values(equilibrium).margins
+    """How far every limit is, negative where it does not hold, in the order of ``limits_of``, (K,).
+
+    Positions count in natural units, efforts and strains relative to their limits.
+    """
+    robot = equilibrium.robot
+    return limits_along(robot, equilibrium.record) if robot.limited else _NONE
 
 
 def with_strain_margins(robot: Robot, of_motors: Floats, strains: Floats) -> Floats:
@@ -120,7 +104,7 @@ def with_strain_margins(robot: Robot, of_motors: Floats, strains: Floats) -> Flo
 
     Args:
         robot: The robot.
-        of_motors: Of the limits of motors, ``MotorLimitArrays.left``.
+        of_motors: Of the limits of motors, from either end or from the nearest.
         strains: Largest bending strain of every rod, (..., R).
     """
     return np.concatenate([of_motors, strain_reserves(robot, strains)], axis=-1)

@@ -73,13 +73,12 @@ def _looked_at_halfway(start: Equilibrium, target: Target, stable_only: bool) ->
         return None
     robot, way, pose = start.robot, (start, middle, end), target.problem == "pose"
     watching = Watching(may_be_kept_again(robot, target.problem), pose and stable_only, pose)
-    smooth = np.zeros((len(way), 0))
+    left = np.zeros((len(way), 0))
     if robot.limited:
-        limits = limits_along(robot, np.stack([place.record for place in way]))
-        if undisturbed(limits.margins) < len(way) - 1:
+        left = limits_along(robot, np.stack([place.record for place in way]))
+        if undisturbed(left) < len(way) - 1:
             return None
-        smooth = limits.smooth
-    watched = (watching.at(place, near) for place, near in zip(way, smooth, strict=True))
+    watched = (watching.at(place, near) for place, near in zip(way, left, strict=True))
     if hidden_in_halves(*watched):
         return None
     return end.with_iterations(middle.iterations + end.iterations)

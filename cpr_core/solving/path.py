@@ -25,7 +25,7 @@ from ..model.model_state import Configuration, evaluate
 from ..model.stability import elastic_hessian
 from .deadline import Deadline
 from .hidden_changes import Watched
-from .limits import Limit, limit_values, may_be_kept_again, violated
+from .limits import Limit, margins, may_be_kept_again, violated
 from .path_equations import PathEquations
 from .targets import Target
 from .watching import Watching
@@ -289,7 +289,7 @@ class Path:
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
         """A solution as a point."""
-        problem, limits = self.problem, limit_values(equilibrium)
+        problem, left = self.problem, margins(equilibrium)
         index_locked, index_free, inverse_sign = equilibrium.signs
         index = index_free if problem == "efforts" else index_locked
         if not self.conservative:
@@ -304,9 +304,9 @@ class Path:
             index=index,
             sign=sign,
             inverse_sign=inverse_sign if self.conservative and self.looks_closely else 0,
-            margins=limits.margins,
-            violated=violated(self._robot, limits.margins),
-            watched=self._watching.at(equilibrium, limits.smooth),
+            margins=left,
+            violated=violated(self._robot, left),
+            watched=self._watching.at(equilibrium, left),
         )
 
 

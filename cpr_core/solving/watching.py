@@ -40,7 +40,7 @@ class Watching:
 
         Args:
             equilibrium: Where.
-            limits: ``LimitValues.smooth`` there, (S,).
+            limits: ``margins`` there, (K,).
         """
         values, distance = list[float](), list[float]()
         if self.limits:

@@ -255,7 +255,7 @@ def _quiet(found: _Records, start: Equilibrium, records: Floats, singularities: 
         count = int(flipped[0]) if flipped.size else count
     if robot.limited:
         along = np.concatenate([start.record[None], records[:count]])
-        count = undisturbed(limits_along(robot, along).margins)
+        count = undisturbed(limits_along(robot, along))
     return count
 
 

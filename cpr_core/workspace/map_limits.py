@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ..model.bending_strain import strains_in
 from ..model.robot import Robot
-from ..solving.limits import with_strain_margins
+from ..solving.limits import limits_of, with_strain_margins
 
-__all__ = ["limit_margins", "map_strains"]
+__all__ = ["limit_margins", "limit_names", "map_strains"]
 
 Floats = NDArray[np.float64]
 
@@ -30,8 +30,18 @@ def map_strains(robot: Robot, states: Floats) -> Floats:
     return found
 
 
+def limit_names(robot: Robot) -> tuple[str, ...]:
+    """Names of the limits, (K,): both ends of a range have one."""
+    rods, motors = robot.rod_names, robot.motor_names
+    names = (
+        f"{limit.kind} {(rods if limit.kind == 'strain_limit' else motors)[limit.number]}"
+        for limit in limits_of(robot)
+    )
+    return tuple(dict.fromkeys(names))
+
+
 def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:
-    """How far every limit is, as ``limits.margins``, (M, K).
+    """How far every limit is, the nearer end of a range, in the order of ``limit_names``, (M, K).
 
     Args:
         robot: The robot.

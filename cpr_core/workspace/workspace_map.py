@@ -18,12 +18,12 @@ from ..errors import InvalidRequest
 from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
 from ..model.equilibrium import Equilibrium, described
 from ..model.robot import Robot
-from ..solving.limits import ROUNDING, limits_of
+from ..solving.limits import ROUNDING
 from ..validation import cached_array, cached_property, checked_count, read_only
 from .borders import Border
 from .cell_layout import FORWARD_MARGIN, INVERSE_MARGIN, LARGEST_EIGENVALUE, NEAREST_EIGENVALUE
 from .grid import Grid
-from .map_limits import limit_margins, map_strains
+from .map_limits import limit_margins, limit_names, map_strains
 
 __all__ = ["CellArrays", "EdgeState", "WorkspaceMap", "equilibrium_of"]
 
@@ -177,7 +177,7 @@ class WorkspaceMap:
 
     @cached_array
     def limit_margins(self) -> Floats:
-        """How far the limits are, negative where they do not hold, (M, K), K as ``limits_of``."""
+        """How far the limits are, negative where they do not hold, (M, K), K as ``limit_names``."""
         return limit_margins(self.robot, self.cells.state, self.cells.efforts)
 
     @cached_array
@@ -223,11 +223,7 @@ class WorkspaceMap:
     @cached_property
     def limit_names(self) -> tuple[str, ...]:
         """Names of the limits, (K,)."""
-        rods, motors = self.robot.rod_names, self.robot.motor_names
-        return tuple(
-            f"{limit.kind} {(rods if limit.kind == 'strain_limit' else motors)[limit.number]}"
-            for limit in limits_of(self.robot)
-        )
+        return limit_names(self.robot)
 
     def place(self, cell: int) -> Floats:
         """Numbers of a cell along the axes, (D,).

@@ -74,7 +74,9 @@ def test_a_limit_to_one_side_can_be_set_and_written(end, limit, range_):
     assert f"position: {range_}" in changed.description.text
     again = load_robot(changed.description.text)
     assert again.description.motors[0].limits == changed.description.motors[0].limits
-    assert [bound.kind for bound in limits_of(again)] == ["motor_limit"]
+    assert [(bound.kind, bound.end) for bound in limits_of(again)] == [
+        ("motor_limit", ("lower", "upper")[end])
+    ]
     with pytest.raises(MotorLimitExceeded):
         solve_forward(again, [2.59 + 1.2 * (limit - 2.59), 0.55])
 

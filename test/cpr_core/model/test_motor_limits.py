@@ -25,7 +25,7 @@ def test_they_are_those_of_every_motor_at_many_places_at_once():
     units = random.uniform(0.5, 2.0, robot.motor_count)
     limits = motor_limit_arrays(robot.description, units)
     found, sides = limits.left(motors, efforts), limits.sides_left(motors, efforts)
-    np.testing.assert_array_equal(found, sides.min(axis=-2))
+    np.testing.assert_array_equal(found, sides.min(axis=-1))
     left, reserves = found[..., ~limits.of_effort], found[..., limits.of_effort]
     for place in np.ndindex(5, 7):
         at, effort = motors[place], np.abs(efforts[place])

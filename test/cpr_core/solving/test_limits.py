@@ -3,6 +3,7 @@
 
 """How far limits are, and what is said where one does not hold: of either sign, at either end."""
 
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -14,10 +15,12 @@ from cpr_core import (
     MotorLimitExceeded,
     PathEvent,
     StrainLimitExceeded,
+    bending_strains,
     load_robot,
     solve_forward,
     solve_home,
     solve_inverse,
+    trace,
     trace_through,
 )
 from cpr_core.solving.limits import (
@@ -27,6 +30,7 @@ from cpr_core.solving.limits import (
     first_of,
     grazes,
     limits_along,
+    limits_of,
     margins,
     may_be_kept_again,
     undisturbed,
@@ -75,7 +79,7 @@ def test_an_effort_counts_whatever_its_sign(motor):
     effort = free_effort(motor)
     assert np.sign(effort) == (1 if motor == 0 else -1)
     found = solve_home(limited(motor, effort=1.25 * abs(effort)))
-    np.testing.assert_allclose(margins(found), [0.2])
+    np.testing.assert_allclose(np.sort(margins(found)), [0.2, 1.8])
     check_limits(found)
 
 
@@ -91,10 +95,55 @@ def test_an_effort_beyond_its_limit_is_refused_by_name(motor):
 
 
 @pytest.mark.parametrize("interval", [[2.5, 4.0], [1.0, 2.7]])
-def test_the_nearer_end_of_a_range_counts(interval):
+def test_both_ends_of_a_range_count(interval):
     found = solve_home(limited(0, position=interval))
-    nearest = min(found.motors[0] - interval[0], interval[1] - found.motors[0])
-    np.testing.assert_allclose(margins(found), [nearest])
+    sides = [found.motors[0] - interval[0], interval[1] - found.motors[0]]
+    np.testing.assert_allclose(margins(found), sides)
+    ends = [Limit("motor_limit", 0, "lower"), Limit("motor_limit", 0, "upper")]
+    assert limits_of(found.robot) == tuple(ends)
+
+
+def test_limits_are_in_the_order_of_motors_then_of_rods():
+    content = shipped_content("rfrfr")
+    content["legs"][0]["motor"]["limits"] = {"position": [-5.0, 5.0], "effort": 3.0}
+    content["legs"][1]["motor"]["limits"] = {"effort": 2.0}
+    content["rod"]["yield_strain"] = 0.01
+    found = solve_home(load_robot(content))
+    motors, efforts, strains = found.motors, found.efforts, bending_strains(found)
+    of_first = [motors[0] + 5.0, 5.0 - motors[0], 1.0 + efforts[0] / 3.0, 1.0 - efforts[0] / 3.0]
+    of_second = [1.0 + efforts[1] / 2.0, 1.0 - efforts[1] / 2.0]
+    expected = [*of_first, *of_second, *(1.0 - strains / 0.01)]
+    np.testing.assert_allclose(margins(found), expected, rtol=1e-12)
+    assert [(limit.kind[:6], limit.number, limit.end) for limit in limits_of(found.robot)] == [
+        ("motor_", 0, "lower"),
+        ("motor_", 0, "upper"),
+        *(("effort", motor, end) for motor in (0, 1) for end in ("lower", "upper")),
+        ("strain", 0, "upper"),
+        ("strain", 1, "upper"),
+    ]
+
+
+@pytest.mark.parametrize("given", ["pose", "poses"])
+def test_who_is_beyond_one_end_of_a_range_is_not_let_beyond_the_other(given):
+    """Both ends were one limit, which did not hold all along: it went through and back into it."""
+    free = load_robot("rfrfr")
+    begin, end = [0.09660815, 0.68635971], [0.25771835, 0.51336455]
+    start = solve_inverse(free, begin)
+    turned = trace(free, pose=end, start=start).motors[:, 0]
+    assert turned[-1] > turned[0] + 0.03 and turned.max() > turned[-1] + 0.03
+    interval = [0.5 * (turned[0] + turned[-1]), 0.5 * (turned.max() + turned[-1])]
+    content = shipped_content("rfrfr")
+    content["legs"][0]["motor"]["limits"] = {"position": interval}
+    content["home"]["motors"] = [float(np.mean(interval)), 0.55]
+    robot = load_robot(content)
+    beyond = replace(start, robot=robot)
+    if given == "pose":
+        with pytest.raises(MotorLimitExceeded, match="motor1: position") as caught:
+            solve_inverse(robot, end, start=beyond)
+        last = caught.value.last
+    else:
+        last = trace_through(robot, poses=[end], start=beyond).stopped.equilibrium
+    assert last.motors[0] == pytest.approx(interval[1], abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -145,9 +194,7 @@ def test_margins_along_a_way_are_those_of_every_equilibrium(made):
     ways = np.linspace(0.0, 0.05, 7)[:, None] * np.ones(robot.motor_count)
     along = [home, *trace_through(robot, motors=home.motors + ways).equilibria]
     records = np.array([each.record for each in along])
-    np.testing.assert_array_equal(
-        limits_along(robot, records).margins, [margins(each) for each in along]
-    )
+    np.testing.assert_array_equal(limits_along(robot, records), [margins(each) for each in along])
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -188,8 +235,8 @@ def test_so_may_limits_of_strain():
 
 
 def test_the_limit_of_the_first_motor_or_rod_is_told():
-    both = {Limit("effort_limit", 1), Limit("motor_limit", 0)}
-    assert first_of(frozenset(both)) == Limit("motor_limit", 0)
+    both = {Limit("effort_limit", 1, "lower"), Limit("motor_limit", 0, "upper")}
+    assert first_of(frozenset(both)) == Limit("motor_limit", 0, "upper")
     assert first_of(frozenset()) is None
 
 
