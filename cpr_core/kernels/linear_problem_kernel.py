@@ -19,14 +19,14 @@ F^T is what the border does with ``p`` given in it at the motors.
 from __future__ import annotations
 
 from .condensation_kernel import expand_legs, reduce_legs, substitute_border
-from .kernel_decorators import part
+from .kernel_decorators import inlined
 from .lu_kernel import lu_solve_transposed
 from .twist_layout import FIRST_LINEAR
 
 __all__ = ["solve_with_efforts", "solve_with_efforts_transposed"]
 
 
-@part
+@inlined
 def solve_with_efforts(robot, problem, vector, work, factors):
     """Solve ``M x = b`` in place.
 
@@ -56,7 +56,7 @@ def solve_with_efforts(robot, problem, vector, work, factors):
         vector[size + i] += total
 
 
-@part
+@inlined
 def solve_with_efforts_transposed(robot, problem, vector, work, factors):
     """Solve ``M^T y = c`` in place.
 

@@ -89,17 +89,25 @@ def _write(memory, parts):
     return size
 
 
-@kernel
-def evaluate_prepared(prepared, loads, state, rotation, position, residual, tangent):
+def evaluate_prepared(prepared: PreparedRobot, *arguments: Any) -> float:
     """``evaluate``, and ``tangent_into``; returns the energy."""
+    return prepared.code_of(_evaluate, arguments)(prepared, *arguments)
+
+
+@kernel
+def _evaluate(prepared, loads, state, rotation, position, residual, tangent):
     energy = evaluate(prepared.robot, loads, state, rotation, position, residual, prepared.work)
     tangent_into(prepared.robot, prepared.work, tangent)
     return energy
 
 
-@kernel
-def evaluate_record(prepared, loads, record):
+def evaluate_record(prepared: PreparedRobot, *arguments: Any) -> None:
     """``evaluate`` at an equilibrium: its tangent is in the workspace afterwards."""
+    prepared.code_of(_evaluate_record, arguments)(prepared, *arguments)
+
+
+@kernel
+def _evaluate_record(prepared, loads, record):
     robot, work = prepared.robot, prepared.work
     read_pose(robot, record, work)
     evaluate(robot, loads, record, work.rotation, work.position, work.residual, work)
@@ -123,21 +131,22 @@ def linearise_prepared(prepared: PreparedRobot, *arguments: Any) -> tuple[bool, 
     return prepared.code_of(linearise, arguments)(prepared, *arguments)
 
 
-@kernel
-def singular_value_prepared(prepared, problem, scales, record, kept, evaluated):
+def singular_value_prepared(prepared: PreparedRobot, *arguments: Any) -> float:
     """``smallest_singular_value`` at an equilibrium; nothing is evaluated again.
 
     Args:
-        prepared: PreparedRobot.
-        problem: Of Problem.
-        scales: ProblemScales.
-        record: The equilibrium.
-        kept: Its kept factors.
-        evaluated: Whether its factors are in the workspace already.
+        prepared: The robot.
+        arguments: Of Problem; ProblemScales; the record of the equilibrium; its kept factors; whether
+            these are in the workspace already.
 
     Returns:
         The value; NaN where slots were delayed: such factors are not kept.
     """
+    return prepared.code_of(_singular_value, arguments)(prepared, *arguments)
+
+
+@kernel
+def _singular_value(prepared, problem, scales, record, kept, evaluated):
     robot, work = prepared.robot, prepared.work
     if not evaluated:
         if kept_status(kept) != CONDENSED:

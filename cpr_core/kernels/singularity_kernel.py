@@ -17,15 +17,15 @@ import math
 from .condensation_kernel import factor_border, rotation_unknowns
 from .eigenvalue_kernel import largest_of_tridiagonal
 from .kernel_arrays import LANCZOS_STEPS
-from .kernel_decorators import strict_part
+from .kernel_decorators import inlined, strict_part
 from .linear_problem_kernel import solve_with_efforts, solve_with_efforts_transposed
 
 __all__ = ["smallest_singular_value"]
 
-#: Relative change at which Lanczos' method is done.
+#: Relative change in two steps at which Lanczos' method is done: one of them may stand still by chance.
 _LANCZOS_CHANGE = 1e-10
-#: Step of the first look at the result, and steps from one look to the next.
-_FIRST_LOOK, _LANCZOS_CHECK = 4, 2
+#: Step of the first look at the result.
+_FIRST_LOOK = 2
 #: A vector shorter than this fraction of a Ritz value has nothing new.
 _NOTHING_NEW = 1e-14
 #: A vector that gets shorter than this part of itself is made orthogonal twice (Kahan).
@@ -62,7 +62,7 @@ def smallest_singular_value(robot, square, scales, rotation, work):
     for i in range(motors):
         vector[size + i] = 1.0 + 0.5 * math.cos(1.3 * i)
     length = _length(vector)
-    before = 0.0
+    before, before_that = 0.0, 0.0
     for step in range(LANCZOS_STEPS):
         for i in range(size + motors):
             basis[step, i] = vector[i] / length
@@ -80,13 +80,13 @@ def smallest_singular_value(robot, square, scales, rotation, work):
             length = _length(vector)
         beside[step] = length
         last = step + 1 == size + motors or length <= _NOTHING_NEW * diagonal[step]
-        if not last and (step < _FIRST_LOOK or step % _LANCZOS_CHECK != 0):
+        if not last and step < _FIRST_LOOK:
             continue
         largest = largest_of_tridiagonal(
             diagonal, beside, step + 1, (1.0 - _ROUNDING) * before, _RITZ_PRECISION
         )
-        change = abs(largest - before)
-        before = largest
+        change = abs(largest - before_that)
+        before_that, before = before, largest
         if before > 0.0 and (last or change <= _LANCZOS_CHANGE * before):
             return 1.0 / math.sqrt(before)
     return 0.0
@@ -111,7 +111,7 @@ def _length(vector):
     return math.sqrt(total)
 
 
-@strict_part
+@inlined
 def _apply_inverse_square(robot, square, scales, vector, work):
     """Multiply by the inverse of M'^T M', in place; efforts are the last entries."""
     for i in range(vector.shape[0]):

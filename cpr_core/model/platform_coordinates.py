@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..description.controlled_coordinates import CONTROLLED_COORDINATES
 from ..description.robot_description import RobotDescription
+from ..kernels.twist_layout import FIRST_LINEAR
 from ..validation import read_only
 
 __all__ = ["PlatformCoordinates", "platform_coordinates", "six_components"]
@@ -28,11 +29,15 @@ class PlatformCoordinates(NamedTuple):
         controlled: Those that move the controlled coordinates. Where angles are controlled the first
             three stand for roll, pitch and yaw.
         controls_angles: Whether single angles of Rz(yaw) Ry(pitch) Rx(roll) are controlled.
+        controls_turns: Whether any turn of the platform is.
+        controlled_positions: Those of x y z that are controlled, from 0.
     """
 
     axes: Integers
     controlled: Integers
     controls_angles: bool
+    controls_turns: bool
+    controlled_positions: Integers
 
 
 def platform_coordinates(description: RobotDescription) -> PlatformCoordinates:
@@ -43,10 +48,13 @@ def platform_coordinates(description: RobotDescription) -> PlatformCoordinates:
         axes = np.arange(6)
     coordinates = [CONTROLLED_COORDINATES[name] for name in description.controlled]
     controlled = [axis for coordinate in coordinates for axis in coordinate.axes]
+    positions = [axis - FIRST_LINEAR for axis in controlled if axis >= FIRST_LINEAR]
     return PlatformCoordinates(
         axes=read_only(axes),
         controlled=read_only(np.array(controlled, dtype=np.int64)),
         controls_angles=any(coordinate.is_single_angle for coordinate in coordinates),
+        controls_turns=any(coordinate.turns for coordinate in coordinates),
+        controlled_positions=read_only(np.array(positions, dtype=np.int64)),
     )
 
 

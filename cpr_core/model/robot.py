@@ -27,6 +27,7 @@ from ..errors import DescriptionError, InvalidRequest
 from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
+from ..kernels.record_layout import EFFORT
 from ..rods.quadrature import RodGrid, distinct_stations, rod_grid
 from ..validation import cached_array, cached_property, checked_count, read_only
 from .fed_rods import FedRods, fed_rods
@@ -339,6 +340,16 @@ class Robot:
     def motor_limits(self) -> MotorLimitArrays:
         """Limits of the motors as arrays."""
         return motor_limit_arrays(self.description, self.motor_units)
+
+    @cached_array
+    def limited_numbers(self) -> Integers:
+        """Where the positions and efforts that ``motor_limits`` are about are in a record, (K,)."""
+        limits, positions, efforts = (
+            self.motor_limits,
+            self.arrays.motor_index,
+            self.state_size + EFFORT,
+        )
+        return limits.motors + np.where(limits.of_effort, efforts, positions)
 
     @cached_array
     def strain_limits(self) -> Floats:

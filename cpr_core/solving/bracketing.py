@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
+from ..kernels.limit_kernel import ROUNDING
 from ..model.configurations import configuration_distance
-from .limits import ROUNDING
 from .passed_events import differ
 from .path import Path, Point, Tangent
 

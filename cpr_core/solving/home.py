@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..description.robot_description import HomeGuess
 from ..errors import DescriptionError, DescriptionWarning
+from ..kernels.limit_kernel import ROUNDING
 from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium, spectrum
@@ -22,7 +23,7 @@ from ..model.platform_coordinates import six_components
 from ..model.robot import Robot, checked_robot, kept_with_robot
 from ..model.shape import tip_poses
 from .assembly import assemble, settle, turned_over, with_best_multipliers
-from .limits import ROUNDING, check_limits, margins, violated
+from .limits import check_limits, margins, violated
 from .not_reached import MotorLimitExceeded, NoForwardSolution, NotReached
 from .refining import refine
 from .rough_shape import rough_platforms, rough_state

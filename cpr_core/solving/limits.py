@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.doubted_requests import request_doubt
-from ..kernels.record_layout import EFFORT
+from ..kernels.limit_kernel import ROUNDING, grazed, steps_within_limits
 from ..model.bending_strain import bending_strains, strain_reserves, strains_in
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
@@ -19,7 +19,6 @@ from .events import PathEvent
 from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
 
 __all__ = [
-    "ROUNDING",
     "Limit",
     "check_limits",
     "first_of",
@@ -36,11 +35,6 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 MotorLimit = Literal["motor_limit", "effort_limit"]
-
-#: Steps that change a margin by less are not divided to find out whether its limit is passed within.
-SMALLEST_GRAZE = 1e-3
-#: Overshoot within the accuracy of a solution, of the margins.
-ROUNDING = 1e-9
 
 _NONE = np.zeros(0)
 
@@ -63,9 +57,11 @@ def limits_of(robot: Robot) -> tuple[Limit, ...]:
     """All limits of a robot, in the order of ``margins``."""
     limits, rods = robot.motor_limits, np.flatnonzero(np.isfinite(robot.strain_limits))
     found = list[Limit]()
-    for place, upper in np.argwhere(limits.finite):
-        kind: MotorLimit = "effort_limit" if limits.of_effort[place] else "motor_limit"
-        found.append(Limit(kind, int(limits.motors[place]), "upper" if upper else "lower"))
+    for motor, of_effort, upper in zip(
+        limits.motors.tolist(), limits.of_effort, limits.upper, strict=True
+    ):
+        kind: MotorLimit = "effort_limit" if of_effort else "motor_limit"
+        found.append(Limit(kind, motor, "upper" if upper else "lower"))
     return (*found, *(Limit("strain_limit", number, "upper") for number in rods.tolist()))
 
 
@@ -81,13 +77,12 @@ def may_be_kept_again(robot: Robot, problem: str) -> bool:
 
 def limits_along(robot: Robot, records: Floats) -> Floats:
     """How far limits are at equilibria of a robot, whose records are (..., .): ``margins``, (..., K)."""
-    limits, size = robot.motor_limits, robot.state_size
-    efforts = records[..., size + EFFORT : size + EFFORT + robot.motor_count]
-    sides = limits.sides_left(records[..., robot.arrays.motor_index : size], efforts)
-    found: Floats = sides[..., limits.finite]
+    of_motors = robot.motor_limits.left_of(records.take(robot.limited_numbers, axis=-1))
     if not robot.limits_strain:
-        return found
-    return with_strain_margins(robot, found, strains_in(robot, records[..., :size]))
+        return of_motors
+    return with_strain_margins(
+        robot, of_motors, strains_in(robot, records[..., : robot.state_size])
+    )
 
 
 def margins(equilibrium: Equilibrium) -> Floats:
@@ -112,21 +107,12 @@ def with_strain_margins(robot: Robot, of_motors: Floats, strains: Floats) -> Flo
 
 def grazes(before: Floats, after: Floats) -> bool:
     """Whether a limit may be passed, and be kept again, between two sets of margins, (K,)."""
-    return bool(before.size) and bool(_grazing(before, after))
+    return grazed(np.ascontiguousarray(before), np.ascontiguousarray(after))
 
 
 def undisturbed(along: Floats) -> int:
     """After how many steps a limit does not hold, or was grazed: of margins along a way, (T + 1, K)."""
-    before, after = along[:-1], along[1:]
-    disturbed = (after < -ROUNDING).any(axis=1) | _grazing(before, after)
-    return int(disturbed.argmax()) if disturbed.any() else len(disturbed)
-
-
-def _grazing(before: Floats, after: Floats) -> NDArray[np.bool_]:
-    change = np.abs(after - before)
-    near = np.minimum(np.abs(before), np.abs(after)) < change
-    found: NDArray[np.bool_] = (near & (change > SMALLEST_GRAZE)).any(axis=-1)
-    return found
+    return steps_within_limits(np.ascontiguousarray(along))
 
 
 def violated(robot: Robot, margin: Floats) -> frozenset[Limit]:

@@ -11,7 +11,7 @@ from ..kernels.continuation_kernel import WATCHED
 from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium, firm_margin, stepped
 from .hidden_changes import hidden_in_halves, may_hide_in_one_step
-from .limits import grazes, limits_along, margins, may_be_kept_again, undisturbed, violated
+from .limits import limits_along, may_be_kept_again, undisturbed
 from .targets import Target, apart
 from .watching import Watching
 
@@ -75,7 +75,7 @@ def _looked_at_halfway(start: Equilibrium, target: Target, stable_only: bool) ->
     watching = Watching(may_be_kept_again(robot, target.problem), pose and stable_only, pose)
     left = np.zeros((len(way), 0))
     if robot.limited:
-        left = limits_along(robot, np.stack([place.record for place in way]))
+        left = limits_along(robot, np.array([place.record for place in way]))
         if undisturbed(left) < len(way) - 1:
             return None
     watched = (watching.at(place, near) for place, near in zip(way, left, strict=True))
@@ -86,5 +86,4 @@ def _looked_at_halfway(start: Equilibrium, target: Target, stable_only: bool) ->
 
 def _within_limits(start: Equilibrium, end: Equilibrium) -> bool:
     """Whether limits hold at the end of a step, and did all along."""
-    after = margins(end)
-    return not violated(end.robot, after) and not grazes(margins(start), after)
+    return undisturbed(limits_along(end.robot, np.array([start.record, end.record]))) == 1

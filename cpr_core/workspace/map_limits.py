@@ -32,12 +32,16 @@ def map_strains(robot: Robot, states: Floats) -> Floats:
 
 def limit_names(robot: Robot) -> tuple[str, ...]:
     """Names of the limits, (K,): both ends of a range have one."""
+    return tuple(dict.fromkeys(_names_of_ends(robot)))
+
+
+def _names_of_ends(robot: Robot) -> list[str]:
+    """Of every limit, in the order of ``limits_of``."""
     rods, motors = robot.rod_names, robot.motor_names
-    names = (
+    return [
         f"{limit.kind} {(rods if limit.kind == 'strain_limit' else motors)[limit.number]}"
         for limit in limits_of(robot)
-    )
-    return tuple(dict.fromkeys(names))
+    ]
 
 
 def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:
@@ -49,6 +53,9 @@ def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:
         efforts: (M, n) [N m or N].
     """
     found = robot.motor_limits.left(states[:, robot.arrays.motor_index :], efforts)
-    if not robot.limits_strain:
-        return found
-    return with_strain_margins(robot, found, map_strains(robot, states))
+    if robot.limits_strain:
+        found = with_strain_margins(robot, found, map_strains(robot, states))
+    ends = _names_of_ends(robot)
+    ranges = [number for number, name in enumerate(ends) if name not in ends[:number]]
+    nearest: Floats = np.minimum.reduceat(found, ranges, axis=1) if ranges else found
+    return nearest

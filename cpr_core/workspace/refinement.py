@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.limit_kernel import ROUNDING
 from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
 from ..model.configurations import configuration_rows
-from ..solving.limits import ROUNDING
 from .batch_kernel import Arrivals, Cells, Ways
 from .batches import Task, arrivals_of, cells_at, in_pieces, joined
 from .borders import Border, BorderKind

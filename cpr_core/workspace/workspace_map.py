@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
+from ..kernels.limit_kernel import ROUNDING
 from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
 from ..model.equilibrium import Equilibrium, described
 from ..model.robot import Robot
-from ..solving.limits import ROUNDING
 from ..validation import cached_array, cached_property, checked_count, read_only
 from .borders import Border
 from .cell_layout import FORWARD_MARGIN, INVERSE_MARGIN, LARGEST_EIGENVALUE, NEAREST_EIGENVALUE

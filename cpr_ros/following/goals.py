@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
 from cpr_core.description.doubted_requests import motors_doubt, position_doubt
+from cpr_core.kernels.limit_kernel import ROUNDING
 from cpr_core.model.assessment import Assessment
-from cpr_core.solving.limits import ROUNDING
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 

@@ -17,7 +17,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from cpr_core import InvalidRequest, Robot
 from cpr_core.description.doubted_requests import motors_doubt
 from cpr_core.errors import distinct
-from cpr_core.solving.limits import ROUNDING
+from cpr_core.kernels.limit_kernel import ROUNDING
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 

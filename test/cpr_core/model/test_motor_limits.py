@@ -24,17 +24,19 @@ def test_they_are_those_of_every_motor_at_many_places_at_once():
     motors, efforts = random.uniform(-2.0, 9.0, (2, 5, 7, robot.motor_count))
     units = random.uniform(0.5, 2.0, robot.motor_count)
     limits = motor_limit_arrays(robot.description, units)
-    found, sides = limits.left(motors, efforts), limits.sides_left(motors, efforts)
-    np.testing.assert_array_equal(found, sides.min(axis=-1))
+    found = limits.left(motors, efforts)
     left, reserves = found[..., ~limits.of_effort], found[..., limits.of_effort]
     for place in np.ndindex(5, 7):
-        at, effort = motors[place], np.abs(efforts[place])
-        ranges = [min(at[0] - 0.1, 6.9 - at[0]), min(at[3] + 1.0, 6.0 - at[3])] / units[[0, 3]]
-        np.testing.assert_allclose(left[place], ranges, rtol=1e-14)
-        borne = [1.0 - effort[1] / 2.0, 1.0 - effort[3] / 0.5]
-        np.testing.assert_allclose(reserves[place], borne, rtol=1e-14)
-    np.testing.assert_array_equal(limits.motors, [0, 1, 3, 3])
-    np.testing.assert_array_equal(limits.of_effort, [False, True, False, True])
+        at, effort = motors[place], efforts[place]
+        ranges = [at[0] - 0.1, 6.9 - at[0], at[3] + 1.0, 6.0 - at[3]]
+        expected = np.array(ranges) / units[[0, 0, 3, 3]]
+        np.testing.assert_allclose(left[place], expected, rtol=1e-13, atol=1e-15)
+        shares = effort[1] / 2.0, effort[3] / 0.5
+        borne = [1.0 + sign * share for share in shares for sign in (1.0, -1.0)]
+        np.testing.assert_allclose(reserves[place], borne, rtol=1e-13, atol=1e-15)
+    np.testing.assert_array_equal(limits.motors, [0, 0, 1, 1, 3, 3, 3, 3])
+    np.testing.assert_array_equal(limits.of_effort, [0, 0, 1, 1, 0, 0, 1, 1])
+    np.testing.assert_array_equal(limits.upper, [False, True] * 4)
 
 
 def test_a_robot_without_limits_has_none_to_reach():

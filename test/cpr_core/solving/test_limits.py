@@ -23,8 +23,8 @@ from cpr_core import (
     trace,
     trace_through,
 )
+from cpr_core.kernels.limit_kernel import ROUNDING
 from cpr_core.solving.limits import (
-    ROUNDING,
     Limit,
     check_limits,
     first_of,

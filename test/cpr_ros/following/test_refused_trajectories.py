@@ -21,8 +21,8 @@ from hypothesis import strategies as st
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import InvalidRequest, NonFiniteInput, solve_forward, trace_through
+from cpr_core.kernels.limit_kernel import ROUNDING
 from cpr_core.model.assessment import Assessment, Threshold
-from cpr_core.solving.limits import ROUNDING
 from cpr_ros.following import trajectory_plan
 from cpr_ros.following.goals import MotorGoal
 from cpr_ros.following.measured_range import BESIDE
