@@ -151,6 +151,7 @@ def _legs(part: Part, kept: dict[int, LegDescription]) -> tuple[LegDescription, 
     )
     check_motors(part, legs)
     _check_motor_names(part, legs)
+    _check_characters(part, legs)
     _check_leg_names(part, legs)
     legs = tuple(
         leg if index in kept or "chain" in leg_part else _geared(leg, leg_part)
@@ -195,6 +196,21 @@ def _check_rod_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
                 problem = f"{name!r} is the name of a rod of {owners[name].name} already"
                 raise part.fail(f"legs[{index}].name", problem)
             owners[name] = leg
+
+
+def _check_characters(part: Part, legs: tuple[LegDescription, ...]) -> None:
+    """Whether names of the robot, legs and joints hold nothing that messages or terminals act on.
+
+    Raises:
+        DescriptionError: One does.
+    """
+    names = [("name", str(part.content["name"]))]
+    for index, leg in enumerate(legs):
+        joints = [(f"legs[{index}]", joint.name) for joint in leg.joints]
+        names += [(f"legs[{index}].name", leg.name), *joints]
+    for place, name in names:
+        if _CONTROL.search(name):
+            raise part.fail(place, f"expected a name without control characters, got {name!r:.80}")
 
 
 def _check_motor_names(part: Part, legs: tuple[LegDescription, ...]) -> None:

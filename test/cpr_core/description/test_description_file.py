@@ -45,6 +45,26 @@ def test_binary_files_are_refused(file, content):
     assert "cannot be read" in error.problem or "is not valid YAML" in error.problem
 
 
+@pytest.mark.parametrize("character", ["\0", "\x01", "\x1b[31m", "\x7f"])
+@pytest.mark.parametrize(
+    ("robot", "part", "blamed"),
+    [
+        ("rfrfr", [], "name"),
+        ("rfrfr", ["legs", 1], "legs[1].name"),
+        ("three_prs", ["legs", 2, "chain", 2], "legs[2]"),
+    ],
+)
+def test_names_with_control_characters_are_refused(file, robot, part, blamed, character):
+    """They ended names in messages of ROS, coloured terminals, and made URDF that nobody reads."""
+    content = shipped_content(robot)
+    named = content
+    for step in part:
+        named = named[step]
+    named["name"] = f"a{character}b"
+    error = refused(file(yaml.safe_dump(content)), blamed, "expected a name without control")
+    assert character not in str(error) and ascii(character)[1:-1] in str(error)
+
+
 @pytest.mark.parametrize("robot", ["rfrf", "no/such/file.yaml", "cpr_node", "a\0b"])
 def test_missing_files_are_refused_with_the_shipped_robots(robot):
     refused(robot, "", "no such file", "rfrfr", "six_rfs")
