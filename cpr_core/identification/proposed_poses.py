@@ -124,8 +124,10 @@ def propose_poses(
     checked_number("margin", margin)
     if not checked_number("reach", reach) > 0.0:
         raise InvalidRequest("reach", f"expected a positive distance, got {reach:g}")
-    if isinstance(loads, Loads):
-        raise InvalidRequest("loads", "expected a list of Loads, got one: put it in brackets")
+    seed = checked_count("seed", seed, 0)
+    if not isinstance(loads, Sequence):
+        given = "one: put it in brackets" if isinstance(loads, Loads) else f"{loads!r:.80}"
+        raise InvalidRequest("loads", f"expected a list of Loads, got {given}")
     checked_deviations(deviations)
     measured = [deviations.position, deviations.rotation, deviations.efforts]
     if all(deviation is None for deviation in measured):

@@ -98,6 +98,9 @@ def test_loads_without_potential_are_refused_by_name(robot):
         ({"reach": 0.0}, "positive distance"),
         ({"deviations": StandardDeviations(motors=1e-3)}, "position, rotation or efforts"),
         ({"margin": 0.999}, "only 0 of 40 random motor positions"),
+        ({"seed": -1}, "seed: expected at least 0, got -1"),
+        ({"seed": 1.5}, "seed: expected a whole number, got 1.5"),
+        ({"loads": None}, "loads: expected a list of Loads, got None"),
     ],
 )
 def test_arguments_that_cannot_be(robot, arguments, text):
