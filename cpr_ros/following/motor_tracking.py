@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+import time
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,8 +29,11 @@ __all__ = ["MotorTracking"]
 
 Floats = NDArray[np.float64]
 
-#: Longest way in one tick [rad, rod lengths]: stability is looked at in between.
+#: Longest way in one step [rad, rod lengths]: stability is looked at in between.
 LONGEST_WAY = 0.1
+#: A tick takes a step for each such time of its period [s], and at least one: motors are kept up with
+#: however seldom ticks come. Streams wait for it for half of the period at most.
+_STEP_TIME, _SHARE = 0.005, 0.5
 #: Parts of it that are tried, one after the other: where the robot is soft, smaller steps help.
 _PARTS = (1.0, 0.25, 0.0625)
 
@@ -124,13 +128,27 @@ class MotorTracking:
         if self._beyond:
             refusal = Refusal("motor_range", self._beyond)
             return Outcome(current, False, State.LOST, self._judge.judge(current, refusal))
-        remaining = goal.remaining(current.equilibrium)
-        if remaining <= ARRIVED and loads is current.equilibrium.loads:
-            return Outcome(current, False, State.TRACKING, self._judge.judge(current))
-        ahead = self._step(current, goal, remaining, loads, now)
-        if isinstance(ahead, Refusal):
-            return Outcome(current, False, State.LOST, self._judge.judge(current, ahead))
-        return Outcome(ahead, True, State.TRACKING, self._judge.judge(ahead))
+        reached, lost = self._walked(current, goal, loads, now)
+        state = State.TRACKING if lost is None else State.LOST
+        told = self._judge.judge(reached, lost)
+        return Outcome(reached, reached is not current, state, told)
+
+    def _walked(
+        self, current: Assessment, goal: MotorGoal, loads: Loads, now: float
+    ) -> tuple[Assessment, Refusal | None]:
+        """How far a tick comes towards the measured motors, and what ends it before; None: nothing."""
+        period = self._judge.period
+        end = time.perf_counter() + min(_SHARE * period, LONGEST_SOLVE)
+        for number in range(max(1, int(period / _STEP_TIME))):
+            remaining = goal.remaining(current.equilibrium)
+            there = remaining <= ARRIVED and loads is current.equilibrium.loads
+            if there or (number and time.perf_counter() >= end):
+                break
+            ahead = self._step(current, goal, remaining, loads, now)
+            if isinstance(ahead, Refusal):
+                return current, ahead
+            current = ahead
+        return current, None
 
     def _step(
         self, current: Assessment, goal: MotorGoal, remaining: float, loads: Loads, now: float

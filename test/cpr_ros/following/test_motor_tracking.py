@@ -17,14 +17,14 @@ from cpr_ros.following.supervision import Action, State, Status
 
 
 class Tracking:
-    def __init__(self, name, timeout=0.5):
-        self.robot = robot(name)
-        judge = SetpointFollower(self.robot, 0.005, SETTINGS)
+    def __init__(self, name, timeout=0.5, period=0.005):
+        self.robot, self.period = robot(name), period
+        judge = SetpointFollower(self.robot, period, SETTINGS)
         self.tracker = MotorTracking(self.robot, timeout, judge)
         self.current, self.now = Assessment(solve_home(self.robot)), 0.0
 
     def tick(self, motors=None):
-        self.now += 0.005
+        self.now += self.period
         if motors is not None:
             self.tracker.take(motors, self.now, tolerance=0.1)
         outcome = self.tracker.tick(self.current, self.current.equilibrium.loads, self.now)
@@ -54,6 +54,42 @@ def test_motors_far_from_home_are_walked_to():
         assert step <= LONGEST_WAY * (1.0 + 1e-9)
         ticks += 1
         assert ticks < 20
+
+
+def test_motors_are_caught_up_with_in_every_tick_however_seldom_ticks_come(monkeypatch):
+    """At 5 Hz motors that went 1 rad/s were told to be 0.6 rad behind, TRACKING with NONE."""
+    monkeypatch.setattr(
+        motor_tracking.time, "perf_counter", lambda: 0.0
+    )  # however busy the computer
+    tracking = Tracking("rfrfr", timeout=1.0, period=0.2)
+    home = solve_home(tracking.robot).motors
+    for way in np.arange(0.0, 1.0, 0.2):
+        motors = home + [way, -way]
+        outcome = tracking.tick(motors)
+        assert (outcome.state, outcome.moved) == (State.TRACKING, way > 0.0)
+        np.testing.assert_array_equal(outcome.assessment.equilibrium.motors, motors)
+
+
+def test_what_is_lost_on_a_way_of_several_steps_is_told_in_the_tick(monkeypatch):
+    monkeypatch.setattr(
+        motor_tracking.time, "perf_counter", lambda: 0.0
+    )  # however busy the computer
+    tracking = Tracking("rfrfr", timeout=1.0, period=0.5)
+    before = tracking.current
+    outcome = tracking.tick([2.59 + 4.0, 0.55 - 4.0])
+    assert (outcome.state, outcome.verdict.action) == (State.LOST, Action.HALT)
+    assert outcome.moved and outcome.assessment is not before and outcome.assessment.index == 0
+
+
+def test_a_tick_does_not_walk_for_longer_than_streams_can_wait(monkeypatch):
+    tracking = Tracking("rfrfr", timeout=1.0, period=0.2)
+    monkeypatch.setattr(motor_tracking, "LONGEST_SOLVE", 0.0)
+    monkeypatch.setattr(motor_tracking, "attempt", lambda *given: attempt(*given[:4], 1e3))
+    home = solve_home(tracking.robot).motors
+    outcome = tracking.tick(home + [0.5, -0.5])
+    assert outcome.state == State.TRACKING
+    way = np.abs(outcome.assessment.equilibrium.motors - home).max()
+    np.testing.assert_allclose(way, LONGEST_WAY)
 
 
 def test_a_margin_that_vanishes_is_told_and_not_refused():
