@@ -9,6 +9,7 @@ that took long to find, nothing is looked for during a while, so that ticks come
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,6 +81,8 @@ class FeltWrench:
         self._near: Equilibrium | None = None
         self._motors: tuple[float, Floats] | None = None
         self._speed = 0.0  # of the fastest motor [rad/s, rod lengths/s]
+        #: Where the motors were while a pose may be of the same time, by the times of poses.
+        self._path: deque[tuple[float, Floats]] = deque()
         self._pose: tuple[float, Floats] | None = None
         self._reason, self._rests_until = "", 0.0
         self._kind = self._announced = ""
@@ -121,6 +124,7 @@ class FeltWrench:
         """
         if self.watchdog.age(now) > _FORGET:
             self._last, self._motors = None, None
+            self._path.clear()
         if self._near is not None and change_between(self._near, near) > LARGEST_CHANGE:
             self._last = None  # of another branch than the node has the robot on now
         self._near = near
@@ -129,6 +133,7 @@ class FeltWrench:
             self.refuse("stale", self._old(now - time))
             return None
         self._look_at_speed(motors, min(time, now))
+        self._note_place(motors, time)
         if self._speed > self.settings.max_speed:
             speed, most = distinct(self._speed, self.settings.max_speed)
             self.refuse(
@@ -191,13 +196,39 @@ class FeltWrench:
             self._speed = float(way.max(initial=0.0)) / (time - self._motors[0])
             self._motors = time, motors
 
+    def _note_place(self, motors: Floats, time: float) -> None:
+        while self._path and self._path[-1][0] >= time:  # a clock was set, or stamps are the same
+            self._path.pop()
+        self._path.append((time, motors))
+        while len(self._path) > 1 and self._path[1][0] <= time - _SAME_TIME:
+            self._path.popleft()
+
+    def _pose_deviation(self, since: float, near: Equilibrium) -> tuple[float, float]:
+        """Standard deviations of a measured pose as that of the motors' time [m, rad].
+
+        Args:
+            since: Time between the two: the platform moves as far as it did in the last while of this
+                length [s].
+            near: Where the node has the robot.
+        """
+        times, places = zip(*self._path, strict=True)
+        then = [np.interp(times[-1] - since, times, place) for place in np.transpose(places)]
+        position, rotation = self.settings.position_deviation, self.settings.rotation_deviation
+        way = places[-1] - np.array(then)
+        if not way.any():
+            return position, rotation
+        motion, turns = near.jacobian @ way, near.robot.platform_axes < 3
+        moved, turned = np.linalg.norm(motion[~turns]), np.linalg.norm(motion[turns])
+        return float(np.hypot(position, moved)), float(np.hypot(rotation, turned))
+
     def _estimate(
         self, motors: Floats, efforts: Floats, time: float, near: Equilibrium
     ) -> WrenchEstimate:
-        settings, start, pose = self.settings, self._last or near, None
-        deviations = settings.position_deviation, settings.rotation_deviation
-        if self._pose is not None and min(deviations) > 0.0:
-            pose = self._pose[1] if abs(time - self._pose[0]) <= _SAME_TIME else None
+        settings, start, pose, deviations = self.settings, self._last or near, None, None
+        if self._pose is not None and min(settings.position_deviation, settings.rotation_deviation):
+            since = abs(time - self._pose[0])
+            if since <= _SAME_TIME:
+                pose, deviations = self._pose[1], self._pose_deviation(since, near)
         always = settings.effort_deviation or _DEFAULT_PART * effort_units(self.robot)
         relative = settings.effort_deviation_relative * np.abs(efforts)
         self.with_pose = pose is not None
@@ -207,7 +238,7 @@ class FeltWrench:
             efforts=efforts,
             effort_deviation=np.hypot(always, relative),
             pose=pose,
-            pose_deviation=None if pose is None else deviations,
+            pose_deviation=deviations,
             start=start,
             time_limit=_LONGEST,
         )
