@@ -133,12 +133,11 @@ def _set_aside(slots, number, slot, lane, q, pencil):
 
 
 @part
-def eliminate_delayed(pencil, first, size):
+def eliminate_delayed(pencil, size):
     """Eliminate platform and delayed slots, from what the legs have left of the platform.
 
     Args:
         pencil: Pencil, its legs eliminated.
-        first: First slot that meets the platform's columns.
         size: Rows of a leg that are eliminated.
 
     Returns:
@@ -152,7 +151,7 @@ def eliminate_delayed(pencil, first, size):
             whole[i, j] = whole[j, i] = value
     for number in range(pencil.rounds.shape[0]):
         for r in range(pencil.rounds[number]):
-            _eliminate_round(pencil, number, r, first, size)
+            _eliminate_round(pencil, number, r, size)
     for i in range(extent):
         for j in range(extent):
             factored[i, j] = whole[i, j]
@@ -162,7 +161,7 @@ def eliminate_delayed(pencil, first, size):
 
 
 @inlined
-def _eliminate_round(pencil, number, r, first, size):
+def _eliminate_round(pencil, number, r, size):
     """What the legs of a group leave of the delayed slots of a round."""
     upper, beyond, inverse, places = pencil.upper, pencil.beyond, pencil.inverse, pencil.places
     width, platform = pencil.left.shape[0], pencil.layout.first_platform
@@ -185,7 +184,7 @@ def _eliminate_round(pencil, number, r, first, size):
                 whole[width + q, width + p] = whole[width + p, width + q] = entry
     for j in range(width):
         value = load(pencil.beside_platform, (number, r, j))
-        for k in range(first, size):
+        for k in range(pencil.layout.first_coupled, size):
             value -= load(beyond, (number, r, k)) * load(upper, (number, k, platform + j))
         store(by_leg, 0, value)
         for lane in range(lanes):

@@ -68,21 +68,19 @@ def linearise(prepared, kept, record, all_of_it, evaluated, eigenvalues, respons
     _put_elastic(robot, record, pencil.elastic)
     diagonal = is_diagonal(pencil.elastic)
     stored = Measure(pencil.elastic, diagonal, pencil.springs, 0.0, held)
-    if _definite(robot, pencil, stored):
-        eigenvalues[MARGIN] = smallest_eigenvalue(robot, pencil, stored, _MARGIN_ABOVE, unguided)
+    if _definite(robot.slots, pencil, stored):
+        eigenvalues[MARGIN] = smallest_eigenvalue(pencil, stored, _MARGIN_ABOVE, unguided)
     if not all_of_it:
         return True, False
     orthogonal, guided = is_diagonal(pencil.gram), math.isfinite(eigenvalues[MARGIN])
     motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, held)
     # The softest motion is nearly the same in both measures.
-    eigenvalues[LOCKED] = robot.energy_unit * smallest_eigenvalue(
-        robot, pencil, motions, 0.0, guided
-    )
+    eigenvalues[LOCKED] = robot.energy_unit * smallest_eigenvalue(pencil, motions, 0.0, guided)
     if robot.one_slot_a_motor:
         motions = Measure(pencil.gram, orthogonal, pencil.weights, 1.0, released)
         # A motor that feeds a straight rod has no stiffness of its own: its pivot at zero is rounding.
         low = _BELOW_MOTORS if pencil.delayed_count[0] > 0 else 0.0
-        smallest = smallest_eigenvalue(robot, pencil, motions, low, unguided)
+        smallest = smallest_eigenvalue(pencil, motions, low, unguided)
         eigenvalues[FREE] = robot.energy_unit * smallest
     return True, _respond(robot, record, response, pencil)
 
@@ -112,14 +110,14 @@ def _put_elastic(robot, record, elastic):
                         numbers[number, i, j, lane] *= ratio
 
 
-@part
-def _definite(robot, pencil, stored):
+@inlined
+def _definite(slots, pencil, stored):
     """Whether every admissible motion with the motors held costs elastic energy.
 
     Of the platform, and of passive joints with the tip of their leg held.
     """
-    left, weights, slots = pencil.left, pencil.weights, robot.slots
-    if eliminate_pencil(robot, pencil, stored, -_ALL_ELASTIC) != 0:
+    left, weights = pencil.left, pencil.weights
+    if eliminate_pencil(pencil, stored, -_ALL_ELASTIC) != 0:
         return False
     smallest, largest = math.inf, 0.0
     for i in range(left.shape[0]):

@@ -81,7 +81,7 @@ def pencil_of(arrays: RobotArrays, grams: Floats) -> Pencil:
     """
     slots, groups, width = arrays.slots, len(arrays.groups), arrays.slot_index.shape[2]
     strains, platform = slots.strain_count, slots.platform_count
-    layout = pencil_layout(slots)
+    layout = pencil_layout(slots, arrays.constraint_count)
     rows, columns = layout.row_count, layout.column_count
     border, constraints = len(arrays.border_indices), arrays.constraint_count
     most = slots.first_passive - slots.first_multiplier

@@ -62,11 +62,10 @@ def is_diagonal(mass):
 
 
 @part
-def eliminate_pencil(robot, pencil, measure, shift):
+def eliminate_pencil(pencil, measure, shift):
     """Eliminate all of ``K - shift M``.
 
     Args:
-        robot: RobotArrays.
         pencil: Pencil.
         measure: Measure.
         shift: Number.
@@ -74,22 +73,23 @@ def eliminate_pencil(robot, pencil, measure, shift):
     Returns:
         Number of eigenvalues below the shift; -1 where a pivot of a leg was zero.
     """
-    blocks, left, width = pencil.blocks, pencil.left, robot.slots.platform_count
+    layout, blocks, left = pencil.layout, pencil.blocks, pencil.left
+    width = left.shape[0]
     for i in range(width):
         for j in range(i, width):
             left[i, j] = pencil.corner[i, j]
         left[i, i] -= shift * measure.platform
     signs = broadcast(pencil.weights, 0.0)
     for number in range(blocks.shape[0]):
-        signs += _eliminate_legs(robot.slots, number, measure, shift, pencil)
+        signs += _eliminate_legs(number, measure, shift, pencil)
     balance = total(signs)
     if not math.isfinite(balance):
         return -1
-    size = eliminated_rows(pencil.layout, measure.free)
-    pivots = blocks.shape[0] * robot.slot_index.shape[2] * size
-    negative = round(0.5 * (pivots - balance)) - robot.constraint_count
+    size = eliminated_rows(layout, measure.free)
+    pivots = blocks.shape[0] * pencil.places.shape[2] * size
+    negative = round(0.5 * (pivots - balance)) - layout.constraint_count
     if pencil.delayed_count[0] > 0:
-        rest = eliminate_delayed(pencil, robot.slots.first_coupled, size)
+        rest = eliminate_delayed(pencil, size)
         return negative + rest if rest >= 0 else -1
     return negative + _eliminate_platform(left)
 
@@ -112,11 +112,12 @@ def _eliminate_platform(left):
 
 
 @inlined
-def _eliminate_legs(slots, number, measure, shift, pencil):
+def _eliminate_legs(number, measure, shift, pencil):
     """Eliminate a group, and take it off the platform's part; returns the sum of its pivots' signs."""
     blocks, upper, rows, others = pencil.blocks, pencil.upper, pencil.rows, measure.others
-    layout, strains, first = pencil.layout, slots.strain_count, slots.first_coupled
+    layout, strains = pencil.layout, measure.strain.shape[1]
     size, platform = eliminated_rows(layout, measure.free), layout.first_platform
+    first = layout.first_coupled
     signs = broadcast(others, 0.0)
     for i in range(size):
         value = load(blocks, (number, i, i)) - shift * load(others, (number, i))
@@ -153,17 +154,16 @@ def _eliminate_legs(slots, number, measure, shift, pencil):
 
 
 @part
-def solve_pencil(pencil, first, free):
+def solve_pencil(pencil, free):
     """Solve with what was eliminated, in place of the vector.
 
     Args:
         pencil: Pencil.
-        first: First slot that meets the platform's columns.
         free: Whether the motors move.
     """
     upper, vector, border = pencil.upper, pencil.vector, pencil.border
     width, platform = border.shape[0], pencil.layout.first_platform
-    size = eliminated_rows(pencil.layout, free)
+    size, first = eliminated_rows(pencil.layout, free), pencil.layout.first_coupled
     for number in range(upper.shape[0]):
         for k in range(size - 1):
             eliminated = load(vector, (number, k))

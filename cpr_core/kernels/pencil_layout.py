@@ -22,21 +22,25 @@ __all__ = ["PencilLayout", "eliminated_rows", "pencil_column", "pencil_layout"]
 class PencilLayout(NamedTuple):
     """Numbers of rows and columns; inner slots are first of all."""
 
+    first_coupled: int  # first row that meets the platform's columns
     motor: int  # row and column of the motor
     row_count: int
     first_platform: int  # column
     column_count: int
+    constraint_count: int  # number of multipliers of all legs
 
 
-def pencil_layout(slots: SlotLayout) -> PencilLayout:
-    """The layout of legs with these slots."""
+def pencil_layout(slots: SlotLayout, constraint_count: int) -> PencilLayout:
+    """The layout of legs with these slots, and so many multipliers in all."""
     motor = slots.inner_count
     first_platform = motor + 1
     return PencilLayout(
+        first_coupled=slots.first_coupled,
         motor=motor,
         row_count=first_platform,
         first_platform=first_platform,
         column_count=first_platform + slots.platform_count,
+        constraint_count=constraint_count,
     )
 
 

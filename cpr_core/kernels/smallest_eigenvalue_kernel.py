@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from .kernel_decorators import part
+from .kernel_decorators import inlined, part
 from .lanes import broadcast, load, store, total
 from .pencil_kernel import eliminate_pencil, multiply_measure, solve_pencil, work_of_stiffness
 
@@ -44,7 +44,7 @@ _LANCZOS_RESIDUAL = 1e-4
 
 
 @part
-def smallest_eigenvalue(robot, pencil, measure, low, guided):
+def smallest_eigenvalue(pencil, measure, low, guided):
     """Smallest eigenvalue of the pencil, M being positive definite on the admissible motions.
 
     Lanczos' method on ``(K - low M)^-1 M`` with no eigenvalue below ``low``; what that leads to is
@@ -52,7 +52,6 @@ def smallest_eigenvalue(robot, pencil, measure, low, guided):
     is raised to where what lies below it begins, and all begins again.
 
     Args:
-        robot: RobotArrays.
         pencil: Pencil; on return its vector is the eigenvector.
         measure: Measure.
         low: Where to begin: the nearer to the eigenvalue, and below it, the better.
@@ -63,12 +62,12 @@ def smallest_eigenvalue(robot, pencil, measure, low, guided):
     """
     vector, border = pencil.vector, pencil.border
     if guided:
-        value, certain = _settle(robot, pencil, measure, _quotient(pencil, measure) - _NEAR)
+        value, certain = _settle(pencil, measure, _quotient(pencil, measure) - _NEAR)
         if certain and abs(value) < _LARGEST:
             return value
     step, high = _FIRST_STEP, math.inf
     while True:
-        below = eliminate_pencil(robot, pencil, measure, low)
+        below = eliminate_pencil(pencil, measure, low)
         if below == 0:
             break
         high = low
@@ -79,11 +78,11 @@ def smallest_eigenvalue(robot, pencil, measure, low, guided):
     for i in range(border.shape[0]):
         border[i] = measure.platform * (1.0 + 0.5 * math.sin(1.7 * i + 0.3))
     for _ in range(_HALVINGS):
-        _lanczos(robot, pencil, measure)
-        value, residual = _iterate(robot, pencil, measure, low)
-        below = eliminate_pencil(robot, pencil, measure, value - _CERTAIN)
+        _lanczos(pencil, measure)
+        value, residual = _iterate(pencil, measure, low)
+        below = eliminate_pencil(pencil, measure, value - _CERTAIN)
         if below == 1 or (below == 0 and residual > _SMALL_RESIDUAL):
-            value, certain = _settle(robot, pencil, measure, max(low, value - _NEAR))
+            value, certain = _settle(pencil, measure, max(low, value - _NEAR))
             below = 0 if certain else 1
         if not abs(value) < _LARGEST:
             return math.nan
@@ -94,8 +93,8 @@ def smallest_eigenvalue(robot, pencil, measure, low, guided):
         while True:  # what lies below is near, as a rule: others like it
             nearest = max(high - reach, 0.5 * (low + high))
             if high - low <= _CERTAIN or not low < nearest < high:
-                return _near(robot, pencil, measure, low)
-            if eliminate_pencil(robot, pencil, measure, nearest) == 0:
+                return _near(pencil, measure, low)
+            if eliminate_pencil(pencil, measure, nearest) == 0:
                 low = nearest
                 break
             high = nearest
@@ -105,18 +104,18 @@ def smallest_eigenvalue(robot, pencil, measure, low, guided):
 
 
 @part
-def _near(robot, pencil, measure, shift):
+def _near(pencil, measure, shift):
     """The eigenvalue beside a shift, by inverse iteration from a vector that may have none of it."""
     vector, border, value = pencil.vector, pencil.border, shift
-    eliminate_pencil(robot, pencil, measure, shift)
+    eliminate_pencil(pencil, measure, shift)
     _add(1.0, pencil.start, border, vector, border)
     for _ in range(_ITERATIONS):
-        value, _ = _iterate(robot, pencil, measure, shift)
+        value, _ = _iterate(pencil, measure, shift)
     return value
 
 
 @part
-def _settle(robot, pencil, measure, shift):
+def _settle(pencil, measure, shift):
     """Inverse iteration from the vector, first with this shift, until none is left below.
 
     If several are below that shift, it would lead to any of them: nothing is tried.
@@ -126,13 +125,13 @@ def _settle(robot, pencil, measure, shift):
     """
     value = math.nan
     for k in range(_ITERATIONS):
-        below = eliminate_pencil(robot, pencil, measure, shift)
+        below = eliminate_pencil(pencil, measure, shift)
         if k > 0 and below == 0:
             return value, True
         if k == 0 and below > 1:
             break
         before = value
-        value, _ = _iterate(robot, pencil, measure, shift)
+        value, _ = _iterate(pencil, measure, shift)
         if not math.isfinite(value) or abs(value - before) <= _CERTAIN:
             break
         shift = value - _CERTAIN
@@ -150,7 +149,7 @@ def _quotient(pencil, measure):
 
 
 @part
-def _iterate(robot, pencil, measure, shift):
+def _iterate(pencil, measure, shift):
     """One step of inverse iteration, in place.
 
     Returns:
@@ -161,12 +160,11 @@ def _iterate(robot, pencil, measure, shift):
     """
     vector, border = pencil.vector, pencil.border
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
-    first = robot.slots.first_coupled
     multiply_measure(pencil.layout, measure, vector, border, loaded, border_loaded)
     old = _inner_product(vector, border, loaded, border_loaded)
     scale = 1.0 / math.sqrt(old)
     _put_multiple(scale, loaded, border_loaded, vector, border)
-    solve_pencil(pencil, first, measure.free)
+    solve_pencil(pencil, measure.free)
     work = scale * _inner_product(vector, border, loaded, border_loaded)
     multiply_measure(pencil.layout, measure, vector, border, loaded, border_loaded)
     length = _inner_product(vector, border, loaded, border_loaded)
@@ -177,8 +175,8 @@ def _iterate(robot, pencil, measure, shift):
     return quotient, residual
 
 
-@part
-def _lanczos(robot, pencil, measure):
+@inlined
+def _lanczos(pencil, measure):
     """Replace the vector by one near the eigenvector of the smallest eigenvalue above the shift.
 
     Vectors are made orthogonal to the two before only: those further back they meet again when a Ritz
@@ -189,7 +187,6 @@ def _lanczos(robot, pencil, measure):
     loaded, border_loaded = pencil.loaded, pencil.border_loaded
     along, beside = pencil.along_diagonal, pencil.beside_diagonal
     parts, pivots = pencil.ritz_vector, pencil.ritz_pivots
-    first = robot.slots.first_coupled
     most = basis.shape[0]
     largest, known = 0.0, 0 * most  # a constant would be compiled for on its own
     for step in range(most + 1):
@@ -209,7 +206,7 @@ def _lanczos(robot, pencil, measure):
         inverse = 1.0 / length
         _put_multiple(inverse, vector, border, basis[step], border_basis[step])
         _put_multiple(inverse, loaded, border_loaded, vector, border)
-        solve_pencil(pencil, first, measure.free)
+        solve_pencil(pencil, measure.free)
         if step > 0:
             _add(-length, basis[step - 1], border_basis[step - 1], vector, border)
         along[step] = inverse * _inner_product(vector, border, loaded, border_loaded)

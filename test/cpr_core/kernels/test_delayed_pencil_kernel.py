@@ -26,7 +26,7 @@ recall_pencil = entry(recall_kernel.recall_pencil)
 @entry
 def eliminate_pencil(robot, pencil, free, shift):
     measure = Measure(pencil.gram, is_diagonal(pencil.gram), pencil.weights, 1.0, free)
-    return pencil_kernel.eliminate_pencil(robot, pencil, measure, shift)
+    return pencil_kernel.eliminate_pencil(pencil, measure, shift)
 
 
 def found_by_tangent(found):

@@ -15,7 +15,7 @@ from cpr_core.kernels import pencil_kernel
 @entry
 def eliminate_pencil(robot, pencil, free, shift):
     measure = pencil_kernel.Measure(pencil.gram, False, pencil.weights, 1.0, free)
-    return pencil_kernel.eliminate_pencil(robot, pencil, measure, shift)
+    return pencil_kernel.eliminate_pencil(pencil, measure, shift)
 
 
 @pytest.mark.parametrize("free", [False, True])

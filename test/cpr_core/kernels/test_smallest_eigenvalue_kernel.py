@@ -16,7 +16,7 @@ from cpr_core.kernels.pencil_kernel import Measure, is_diagonal
 @entry
 def smallest_eigenvalue(robot, pencil, free, guided):
     measure = Measure(pencil.gram, is_diagonal(pencil.gram), pencil.weights, 1.0, free)
-    return smallest_eigenvalue_kernel.smallest_eigenvalue(robot, pencil, measure, 0.0, guided)
+    return smallest_eigenvalue_kernel.smallest_eigenvalue(pencil, measure, 0.0, guided)
 
 
 def smallest(whole, free, guided=False):
