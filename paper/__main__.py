@@ -40,7 +40,7 @@ class Extent:
     Attributes:
         repeats: Repeats of a timing; of slow models.
         slow_repeats: Repeats of slow models.
-        literal_counts: n_c for which Mod. #0 is timed on the 6-RFS path.
+        literal_counts: n_c for which Mod. #0 is timed.
         modes: Modes of the stability lines, RFRFR and 6-RFS.
         points: Points of the stability lines, RFRFR and 6-RFS.
         spacing: Grid of the workspaces, RFRFR and 6-RFS [m].
@@ -69,7 +69,7 @@ def main(arguments: list[str] | None = None) -> int:
     folder = options.output
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    slow_runs = 2 * len(timing.CONFIGURATIONS) + len(extent.literal_counts)
+    slow_runs = len(timing.CONFIGURATIONS) + 2 * len(extent.literal_counts)
     steps = 9 + sum(extent.points) + slow_runs * extent.slow_repeats
     shown = "{percentage:3.0f} % |{bar:30}| {elapsed}  {desc}"
     with tqdm(total=steps, bar_format=shown, disable=None) as bar:
@@ -244,7 +244,7 @@ def _times(
         chosen = [
             model
             for model in models
-            if not (spatial and model.key == "#0" and count not in extent.literal_counts)
+            if model.key != "#0" or count in extent.literal_counts
         ]
         text = f"Table {'VI' if spatial else 'III'}, n_c = {count}"
         found = timing.measure(
