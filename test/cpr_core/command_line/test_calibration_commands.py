@@ -11,7 +11,7 @@ import pytest
 from helpers.tracked_robots import MARKER, TRACKER
 
 import cpr_core
-from cpr_core import read_measurements, write_poses
+from cpr_core import StandardDeviations, propose_poses, read_measurements, write_poses
 from cpr_core.command_line import command, main
 from cpr_core.command_line.argument_types import check_files
 from cpr_core.description.description_file import shipped_robots
@@ -166,6 +166,65 @@ def test_as_json(capsys, data):
     assert values["warnings"] == values["undetermined"] == values["written"] == []
 
 
+def test_poses_are_those_of_the_library(capsys, tmp_path):
+    """Of most options it was not known whether they are heard."""
+    robot, file = cpr_core.load_robot("rfrfr"), tmp_path / "poses.csv"
+    loads = robot.default_loads.with_(gravity=[0.0, -1.0, 0.0])
+    deviations = StandardDeviations(position=1e-3)
+    chosen = {"reach": 0.4, "margin": 0.955, "seed": 5}
+    expected = propose_poses(robot, PATHS, deviations, 3, loads=(loads,), **chosen)
+    asked = ("measure", "rfrfr", "--parameters", *PATHS, "--deviations", DEVIATION, "--count", 3)
+    asked += ("--reach", 0.4, "--margin", 0.955, "--seed", 5, "--gravity", 0, -1, 0)
+    status, text, error = run(capsys, *asked, "--out", file, "--json")
+    assert (status, error) == (0, "")
+    found = json.loads(text)
+    assert found["motors"] == [each.motors.tolist() for each in expected.equilibria]
+    assert found["home_first"] == list(expected.home_first)
+    for key, attribute in (
+        ("platform_positions", "platform_position"),
+        ("platform_quaternions_wxyz", "platform_quaternion"),
+    ):
+        assert found[key] == [getattr(each, attribute).tolist() for each in expected.equilibria]
+    pairs = [*zip(expected.standard_deviations.tolist(), expected.random.tolist(), strict=True)]
+    assert [
+        (row["proposed"], row["random"]) for row in found["standard_deviations"].values()
+    ] == pairs
+    rows = read_measurements(robot, file, loads)
+    assert len(rows) == 3
+    for row, motors in zip(rows, found["motors"], strict=True):
+        assert row.motors == pytest.approx(motors)
+    lines = run(capsys, *asked)[1].splitlines()[-2:]
+    for line, pair in zip(lines, pairs, strict=True):
+        assert line.split()[1:] == [f"{value:.3g}" for value in pair]
+
+
+def test_a_calibration_is_that_of_the_library(capsys, data):
+    without_rotation(data)
+    robot = cpr_core.load_robot("rfrfr")
+    rows = read_measurements(robot, data, robot.default_loads.with_(gravity=[0.0, -1.0, 0.0]))
+    deviations, bounds = (
+        StandardDeviations(position=1e-3, rotation=0.002),
+        {PATHS[0]: (-1.0, 0.009)},
+    )
+    expected = cpr_core.calibrate(robot, rows, PATHS, deviations, bounds=bounds, loss="huber")
+    asked = ("--bound", PATHS[0], -1, 0.009, "--loss", "huber", "--gravity", 0, -1, 0)
+    status, text, _ = calibrate(capsys, data, *asked, "--json")
+    found = json.loads(text)
+    assert status == (1 if expected.doubts else 0)
+    told = found["parameters"].values()
+    assert [each["before"] for each in told] == expected.start.tolist() == [0.0, 0.0]
+    assert [each["value"] for each in told] == pytest.approx(expected.values)
+    assert [each["standard_deviation"] for each in told] == pytest.approx(
+        expected.standard_deviations
+    )
+    assert found["correlations"] == pytest.approx(expected.correlations)
+    assert found["fit"] == pytest.approx(expected.fit)
+    for calibrated, key in ((False, "before"), (True, "after")):
+        differences = expected.differences(calibrated=calibrated)["position"]
+        mean = (differences**2).mean() ** 0.5
+        assert found["residuals"]["position"][key] == pytest.approx(mean)
+
+
 def test_a_load_that_is_too_small_to_tell_a_modulus_is_told(capsys):
     """Its standard deviation was more than twice of what it is, and there were no words for it."""
     asked = ("--parameters", "rod.young_modulus", "--deviations", "position=5e-4", "--count", 5)
@@ -188,6 +247,7 @@ def test_nothing_is_written_where_something_looks_wrong(capsys, data, tmp_path):
     assert status == 1 and not new.exists()
     assert "WARNING: position x is" in text and "stuck" in text
     assert "nothing is written" in error
+    assert calibrate(capsys, data, "--json")[0] == 1
     status, text, error = calibrate(capsys, data, "--out", new, "--despite-warnings")
     assert status == 0 and new.exists() and "nothing is written" not in error
 
@@ -219,6 +279,7 @@ def test_bad_rows_are_named_and_nothing_is_written(capsys, data, tmp_path, chang
     [
         (["--deviations", "place=1"], "expected one of position"),
         (["--deviations", "position=-1"], "a positive number"),
+        (["--deviations", "position=0"], "a positive number"),
         (["--deviations", "position"], "a positive number"),
         (["--out", "/nowhere/new.yaml"], "a folder that exists"),
         (["--plot", "report.txt"], "a name ending in"),

@@ -15,7 +15,7 @@ import pytest
 from helpers.paper_motors import HOME
 from numpy.testing import assert_allclose
 
-from cpr_core import __version__
+from cpr_core import __version__, error_of, load_robot, solve_home, solve_inverse
 from cpr_core.command_line import modes_command
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.lie import rotation_from_quaternion
@@ -103,6 +103,33 @@ def test_forward_and_inverse_of_six_rfs_undo_each_other(solved):
     assert_allclose(back["motors"], motors, rtol=0.0, atol=1e-8)
     assert_allclose(back["efforts"], forward["efforts"], rtol=0.0, atol=1e-8)
     assert_allclose(back["leg_coordinates"], forward["leg_coordinates"], rtol=0.0, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("name", "held", "options"),
+    [("rfrfr", "pose", {}), ("four_rfr", "motors", {"objective": "least_effort"})],
+)
+def test_inverse_and_its_error_are_those_of_the_library(cpr, solved, name, held, options):
+    robot = load_robot(name, modes=3)
+    loads = robot.default_loads.with_(gravity=[0.0, -0.3, 0.0], wrench_world=[0, 0, 0, 0.01, 0, 0])
+    pose = solve_home(robot).pose + 0.01
+    expected = solve_inverse(robot, pose, loads=loads, **options)
+    common = ("--modes", 3, "--gravity", 0, -0.3, 0, "--wrench", 0, 0, 0, 0.01, 0, 0, "--error")
+    asked = ("inverse", name, "--pose", *pose, *common)
+    asked += sum(((f"--{option}", value) for option, value in options.items()), ())
+    found = solved(*asked)
+    told = found["discretisation_error"]
+    assert_allclose(found["motors"], expected.motors, rtol=1e-9)
+    error = error_of(expected, held)
+    assert told["held"] == held
+    for key, values in (("motors", error.motors), ("efforts", error.efforts)):
+        assert_allclose(told[key], values, rtol=1e-6, atol=1e-12)
+    for key, values in (("position", error.position), ("rotation", error.rotation)):
+        assert_allclose(told["platform"][key], values, rtol=1e-6, atol=1e-12)
+    last = cpr(*asked)[1].splitlines()[-1].split()
+    assert last == ["platform", f"{error.distance:.1e}", "m", f"{error.angle:.1e}", "rad"]
+    forward = solved("forward", name, "--motors", *expected.motors, *common)
+    assert forward["discretisation_error"]["held"] == "motors"
 
 
 def test_inverse_of_six_rfs_reaches_the_pose_asked_for(solved):

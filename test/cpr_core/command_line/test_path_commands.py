@@ -3,14 +3,30 @@
 
 """Commands ``cpr trace`` and ``cpr equilibria``."""
 
+import io
 import json
+import sys
 
 import numpy as np
 import pytest
 import yaml
 from helpers.yaml_content import shipped_content
 
-from cpr_core.command_line import main
+from cpr_core import (
+    find_equilibria,
+    load_robot,
+    solve_forward,
+    solve_forward_by_effort,
+    solve_home,
+    solve_inverse,
+    trace,
+)
+from cpr_core.command_line import main, path_commands
+
+SOLVES = {"motors": solve_forward, "pose": solve_inverse, "efforts": solve_forward_by_effort}
+#: A load, as an argument and as an option.
+GRAVITY = [0.0, -0.3, 0.0]
+LOADED = ("--gravity", *GRAVITY, "--modes", 3)
 
 
 def run(capsys, *arguments):
@@ -70,12 +86,47 @@ def test_strains_that_are_not_known_are_null(capsys, tmp_path):
     assert json.loads(text)["bending_strains"] == [[None, None], [None, None]]
 
 
-def test_trace_by_efforts_and_under_gravity(capsys):
-    status, text, _ = run(
-        capsys, "trace", "rfrfr", "--given", "efforts", "--to", 0.5, -0.5, "--gravity", 0, -9.81, 0
+@pytest.mark.parametrize(
+    ("name", "given", "first", "last", "options"),
+    [
+        ("rfrfr", "motors", None, (2.7, 0.6), {}),
+        ("rfrfr", "efforts", (0.6, -0.6), (0.8, -0.4), {"past_folds": True}),
+        ("four_rfr", "pose", None, (0.02, 0.01, 0.0), {"objective": "least_effort"}),
+    ],
+)
+def test_a_trace_is_that_of_the_library(capsys, name, given, first, last, options):
+    """Of most of what it is asked, and of what it tells, it was not known whether it is heard."""
+    robot = load_robot(name, modes=3)
+    loads = robot.default_loads.with_(gravity=GRAVITY)
+    at, solve = (
+        (solve_home(robot).motors, solve_forward) if first is None else (first, SOLVES[given])
     )
-    assert status == 0
-    assert "the target is reached" in text
+    start = solve(robot, at, loads=loads)
+    expected = trace(robot, **{given: last}, start=start, points=4, **options)
+    asked = ["trace", name, *LOADED, "--given", given, "--to", *last, "--points", 4, "--json"]
+    asked += ["--from", *first] if first else []
+    for option, value in options.items():
+        asked += [f"--{option.replace('_', '-')}", *([] if value is True else [value])]
+    status, text, _ = run(capsys, *asked)
+    found = json.loads(text)
+    assert (status, found["reached"]) == (0 if expected.reached else 1, expected.reached)
+    for key, values in {
+        "fractions": expected.fractions,
+        "motors": expected.motors,
+        "efforts": expected.efforts,
+        "platform_positions": expected.platform_positions,
+        "platform_quaternions_wxyz": expected.platform_quaternions,
+        "energies": expected.energies,
+        "smallest_eigenvalues_locked": expected.eigenvalues_locked,
+        "indices_locked": expected.indices_locked,
+        "indices_free": expected.indices_free,
+        "bending_strains": expected.bending_strains,
+    }.items():
+        np.testing.assert_allclose(found[key], values, rtol=1e-9, atol=1e-9, err_msg=key)
+    assert [
+        (event["kind"], event["index_before"], event["index_after"]) for event in found["events"]
+    ] == [(event.kind, event.index_before, event.index_after) for event in expected.events]
+    assert ("fold" in [event.kind for event in expected.events]) is ("past_folds" in options)
 
 
 def test_a_stopped_trace_says_so(capsys):
@@ -87,6 +138,9 @@ def test_a_stopped_trace_says_so(capsys):
     assert values["reached"] is False
     assert values["events"][-1]["kind"] == "stability"
     assert values["events"][-1]["index_after"] == 1
+    asked = ("trace", "rfrfr", "--given", "pose", "--to", 0, -0.2, "--stable-only")
+    status, text, _ = run(capsys, *asked)
+    assert (status, "the target is NOT reached" in text) == (1, True)
 
 
 def test_bad_targets_are_refused(capsys):
@@ -111,14 +165,49 @@ def test_equilibria_are_listed_by_energy(capsys):
     assert lines[2].endswith("branch of home")
 
 
-def test_equilibria_as_json(capsys):
-    status, text, _ = run(
-        capsys, "equilibria", "rfrfr", "--starts", 50, "--motors", 2.8, 0.4, "--json"
-    )
-    values = json.loads(text)
+def test_equilibria_are_those_of_the_library(capsys):
+    robot = load_robot("rfrfr", modes=3)
+    loads = robot.default_loads.with_(gravity=GRAVITY)
+    expected = find_equilibria(robot, [2.8, 0.4], starts=20, seed=3, loads=loads)
+    assert len({entry.starts for entry in expected}) > 1
+    asked = ("equilibria", "rfrfr", *LOADED, "--motors", 2.8, 0.4, "--starts", 20, "--seed", 3)
+    status, text, _ = run(capsys, *asked, "--json")
+    found = json.loads(text)["equilibria"]
     assert status == 0
-    assert values["equilibria"][0]["from_home"] is True
-    assert values["equilibria"][0]["index_locked"] == 0
+    for told, entry in zip(found, expected, strict=True):
+        at = entry.equilibrium
+        assert (told["starts"], told["from_home"]) == (entry.starts, entry.from_home)
+        assert (told["index_locked"], told["index_free"]) == (at.index_locked, at.index_free)
+        assert told["energy"] == pytest.approx(at.energy)
+        assert told["efforts"] == pytest.approx(at.efforts)
+        assert told["platform_position"] == pytest.approx(at.platform_position, abs=1e-9)
+        assert told["platform_quaternion_wxyz"] == pytest.approx(at.platform_quaternion)
+    rows = [line.split() for line in run(capsys, *asked)[1].splitlines()[2:]]
+    for row, entry in zip(rows, expected, strict=True):
+        at = entry.equilibrium
+        assert row[:4] == [
+            f"{at.energy:.6f}",
+            *map(str, (at.index_locked, at.index_free, entry.starts)),
+        ]
+        assert row[4:7] == [f"{value:.5f}" for value in at.platform_position]
+
+
+def test_where_no_equilibrium_is_found_nothing_is_drawn(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(path_commands, "find_equilibria", lambda *_, **__: ())
+    file = tmp_path / "none.png"
+    for options in ((), ("--json",)):
+        status, text, error = run(capsys, "equilibria", "rfrfr", "--plot", file, *options)
+        assert (status, error, file.exists()) == (1, "", False)
+        assert text
+
+
+def test_progress_is_told_in_percent_on_a_terminal(monkeypatch):
+    terminal = io.StringIO()
+    terminal.isatty = lambda: True
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with path_commands.progress_bar("of the way") as show:
+        show(1.0)
+    assert "of the way: 100%" in terminal.getvalue()
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])

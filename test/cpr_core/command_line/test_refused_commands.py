@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from cpr_core.command_line import workspace_commands
+from cpr_core.command_line import command, workspace_commands
 from cpr_core.description.description_file import shipped_robots
 
 
@@ -56,7 +56,7 @@ def test_a_quaternion_is_refused_by_what_it_is_where_it_is_none(failed, count):
     assert message == f"pose: expected 3 numbers (x y angle), got {count}" + why * (count == 7)
 
 
-@pytest.mark.parametrize("value", ["nan", "inf", "1e999"])
+@pytest.mark.parametrize("value", ["nan", "-inf", "1e999"])
 @pytest.mark.parametrize(
     ("arguments", "name"),
     [
@@ -150,3 +150,11 @@ def test_a_lack_of_memory_is_told(monkeypatch, failed):
     status, code, message = failed("workspace", "rfrfr", "--slice", "x=-0.1:0.1", "y=0.7:0.8")
     assert (status, code) == (1, "FAILURE")
     assert message.startswith("out of memory: Unable to allocate 8.00 PiB")
+
+
+def test_whoever_interrupts_a_command_is_told_no_more_than_that(monkeypatch, cpr):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "solve_forward", interrupted)
+    assert cpr("forward", "rfrfr", "--motors", 2.59, 0.55) == (130, "", "cpr: interrupted\n")

@@ -45,13 +45,20 @@ def test_stability_is_that_of_the_library(capsys, motors_are):
     assert found["stable"] is False
     assert found["margin"] == pytest.approx(expected.margin)
     np.testing.assert_allclose(found["eigenvalues"], expected.eigenvalues[:6])
-    held = not any(found["softest_motion"]["motors"])
-    assert held is (motors_are == "locked")
+    softest, motion = found["softest_motion"], expected.softest_motion
+    sign = np.sign(motion[robot.elastic_indices] @ softest["legs"])
+    for told, indices in (
+        (softest["motors"], robot.motor_indices),
+        ([*softest["platform_in_world"].values()], robot.platform_indices),
+        (softest["legs"], robot.elastic_indices),
+    ):
+        np.testing.assert_allclose(np.multiply(sign, told), motion[indices], atol=1e-6)
+    assert any(softest["motors"]) is (motors_are == "free")
 
 
 def test_a_moment_leaves_stability_undecided(capsys):
     found = values(capsys, "stability", "six_rfs", "--wrench", 0, 0, 0.01, 0, 0, 0)
-    assert found["stable"] is None
+    assert (found["stable"], found["motors_are"]) == (None, "locked")
     assert found["energy_criterion_applies"] is False
     assert (
         "not decided by energy"
@@ -98,15 +105,25 @@ def test_kinemato_says_units_of_rows_and_columns(name, motor, last_of_wrench, la
 def test_kinemato_is_that_of_the_library(capsys, name):
     robot = load_robot(name)
     model = kinemato_statics(solve_forward(robot, solve_home(robot).motors))
-    found = values(capsys, "kinemato", name)
-    np.testing.assert_allclose(found["jacobian"], model.jacobian)
-    np.testing.assert_allclose(found["compliance_motors_held"], model.compliance())
+    found = values(capsys, "kinemato", name, "--characteristic-length", 0.3)
+    loose = np.zeros(robot.motor_count)
+    for key, matrix in {
+        "jacobian": model.jacobian,
+        "efforts_by_motors": model.efforts_by_motors,
+        "efforts_by_wrench": model.efforts_by_wrench,
+        "compliance_motors_held": model.compliance(),
+        "stiffness_motors_held": model.stiffness(),
+        "compliance_constant_effort": model.compliance(loose),
+    }.items():
+        np.testing.assert_allclose(found[key], matrix, rtol=1e-6, atol=1e-9, err_msg=key)
     assert len(found["platform_coordinates"]) == len(robot.platform_axes)
     assert set(found["singularities"]) == {"forward", "inverse", "inverse_by_effort"}
     for problem, singularity in found["singularities"].items():
-        assert singularity["smallest_singular_value"] == pytest.approx(
-            model.singularity(problem).smallest
-        )
+        expected = model.singularity(problem, 0.3)
+        assert singularity["smallest_singular_value"] == pytest.approx(expected.smallest)
+        assert singularity["sign"] == expected.sign
+        for key, vector in (("null_motors", expected.motors), ("null_platform", expected.platform)):
+            np.testing.assert_allclose(singularity[key], vector, atol=1e-6)
     status, text = run(capsys, "kinemato", name)
     assert status == 0
     for motor in robot.motor_names:

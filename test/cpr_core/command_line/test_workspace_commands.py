@@ -6,16 +6,17 @@
 import errno
 import json
 import os
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 import yaml
 from helpers.workspace_cases import content_of_rfrfr, rfrfr, six_rfs, small_map
 
-from cpr_core import InvalidRequest, load_robot, solve_home
+from cpr_core import InvalidRequest, load_robot, solve_home, solve_inverse
 from cpr_core.command_line import main
 from cpr_core.drawing.map_plots import field_label, field_names, fields_of, plot_map
-from cpr_core.workspace import map_workspace, pose_grid
+from cpr_core.workspace import map_workspace, pose_grid, summary_of
 from cpr_core.workspace.store import read_map
 
 SMALL = ("--slice", "x=-0.6:0.6", "y=-0.1:0.7", "--resolution", "0.1")
@@ -44,6 +45,47 @@ def test_as_json_and_multiples_of_pi(capsys):
     assert status == 0
     assert values["shape"] == [3, 3]
     assert values["reached"] == 9
+
+
+@pytest.mark.parametrize(
+    ("name", "plane", "place", "options"),
+    [
+        ("rfrfr", ("x=-0.3:0.3", "y=-0.1:0.3"), (0.0, 0.2), {}),
+        ("four_rfr", ("x=-0.02:0.02", "y=0:0.02"), (0, 0, 0), {"objective": "least_effort"}),
+    ],
+)
+def test_a_map_is_that_of_the_library(capsys, tmp_path, name, plane, place, options):
+    """Of most options it was not known whether they are heard."""
+    robot, size = load_robot(name, modes=3), 0.1 if name == "rfrfr" else 0.02
+    loads = robot.default_loads.with_(gravity=[0.0, -0.3, 0.0])
+    vary = {part[0]: [float(end) for end in part[2:].split(":")] for part in plane}
+    found = map_workspace(
+        robot,
+        pose_grid(robot, vary, resolution=size),
+        start=solve_inverse(robot, place, loads=loads),
+        tolerance=0.02,
+        **options,
+    )
+    threshold = float(np.nanmedian(found.inverse_condition_number))
+    asked = [name, "--modes", 3, "--gravity", 0, -0.3, 0, "--slice", *plane, "--resolution", size]
+    asked += ["--tolerance", 0.02, "--threshold", threshold, "--from", *place, "--json"]
+    asked += ["--out", tmp_path / "map.nc"]
+    for option, value in options.items():
+        asked += [f"--{option}", value]
+    told = json.loads(run(capsys, *asked)[1])
+    assert 0 < told["below_threshold"] < told["reached"]
+    assert told.pop("borders") == [
+        {
+            "kind": border.kind,
+            "points": border.points.tolist(),
+            "before": border.before.tolist(),
+            "after": border.after.tolist(),
+        }
+        for border in found.borders
+    ]
+    for key, value in asdict(summary_of(found, threshold)).items():
+        assert key == "borders" or told[key] == (list(value) if key == "shape" else value), key
+    assert read_map(tmp_path / "map.nc", robot, loads).objective == found.objective
 
 
 def test_motors_are_mapped_from_a_start(capsys):
@@ -100,6 +142,7 @@ def test_motors_of_any_name_are_mapped(capsys, tmp_path):
     [
         (("--slice", "x=0:1"), "at least two axes"),
         (("--slice", "x=0:1", "x=1:2"), "x is given twice"),
+        (("--slice", "x=0", "y=0:1", "x=1:2"), "x is given twice"),
         (("--slice", "x=0:1", "y=a:b"), "expected numbers, got 'y=a:b'"),
         (("--slice", "x=0:1", "y=0:pi/0"), "expected numbers, got 'y=0:pi/0'"),
         (("--slice", "x=0:1", "y=0:1e400"), "expected numbers, got 'y=0:1e400'"),
@@ -259,10 +302,11 @@ def test_pictures_of_a_hand_show_stability_unless_a_finger_is_asked_for(capsys, 
     texts = {}
     for field in ("index", "motor:index", "index_effort"):
         picture = tmp_path / "hand.svg"
-        status, _, _ = run(capsys, file, *SMALL, "--plot", picture, "--field", field)
+        drawn = ("--plot", picture, "--field", field, "--threshold", 0.02)
+        status, _, _ = run(capsys, file, *SMALL, *drawn)
         assert status == 0
         texts[field] = picture.read_text(encoding="utf-8")
-    assert "index 0: stable" in texts["index"]
+    assert "index 0: stable" in texts["index"] and "number below 0.02" in texts["index"]
     for field, unit in (("motor:index", "rad"), ("index_effort", "N m")):
         assert f"{field} [{unit}]" in texts[field]
         assert "index 0: stable" not in texts[field]

@@ -336,9 +336,11 @@ def test_the_command_prints_a_table_and_what_was_chosen(capsys):
         for row in found["compared"]
         if row["difference"] > 1e-9
     )
+    assert all(row["estimated_error"] != row["difference"] for row in found["compared"])
     assert all(row["solve_time"] > 0.0 for row in found["compared"])
     assert main(["modes", "rfrfr"]) == 0
     told = capsys.readouterr().out
+    assert all(float(line.split()[-1]) > 1.0 for line in told.splitlines()[4:12])  # microseconds
     assert "tolerance 1e-05 m" in told
     assert "difference: from many modes, which themselves are exact to 2e-10 m or so" in told
     assert "true" not in told
@@ -351,12 +353,13 @@ def test_the_command_prints_a_table_and_what_was_chosen(capsys):
 def test_the_command_asks_for_no_more_than_the_tolerance(capsys, tmp_path):
     content = shipped_content("rfrfr")
     content["rod"]["profile"] = {"at": [0.0, 0.39, 0.5, 0.61, 1.0], "stiffness": [1, 1, 0.6, 1, 1]}
-    file = tmp_path / "thin.yaml"
-    file.write_text(yaml.safe_dump(content))
     with pytest.raises(CprError, match="1e-09 m is not met"):
         with_many_modes(load_robot(content), 1e-9)
-    assert main(["modes", str(file), "--tolerance", "1e-3", "--json"]) == 0
+    file = tmp_path / "thin.yaml"
+    file.write_text(yaml.safe_dump(content | {"strain": {"tolerance": 1e-3}}))
+    assert main(["modes", str(file), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
+    assert found["tolerance"] == 1e-3
     assert found["compared"][-1]["difference"] <= 1e-3
     assert 1e-9 < found["reference_error"] <= 1e-4  # not the truth: what differs less tells nothing
 
