@@ -14,8 +14,10 @@ import threading
 import time
 import urllib.request
 from contextlib import suppress
+from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 import websockets.exceptions
 from websockets.sync.client import connect
@@ -233,8 +235,28 @@ def test_without_viser_it_is_said_at_once_what_installs_it(monkeypatch, robot, c
     assert f"{sys.executable} -m pip install 'viser" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("arguments", [[], ["--json"]])
-def test_the_command_prints_the_address_and_ends_with_ctrl_c(arguments):
+def test_the_command_shows_what_it_is_asked_for(monkeypatch, robot):
+    from cpr_core.command_line import main
+
+    asked = {}
+
+    def view(robot, start, **options):
+        asked.update(options, start=start)
+        raise cpr_core.InvalidRequest("page", "none in this test")
+
+    monkeypatch.setattr("cpr_core.command_line.view_command.view", view)
+    options = ["--map", "map.nc", "--host", "0.0.0.0", "--port", "65535"]
+    assert main(["view", "rfrfr", "--gravity", "0", "-1", "0", *options]) == 2
+    start = asked.pop("start")
+    assert asked == {"map_file": Path("map.nc"), "host": "0.0.0.0", "port": 65535}
+    np.testing.assert_array_equal(start.loads.gravity, [0.0, -1.0, 0.0])
+    np.testing.assert_array_equal(start.motors, cpr_core.solve_home(robot).motors)
+    with pytest.raises(SystemExit):
+        main(["view", "rfrfr", "--port", "65536"])
+
+
+@pytest.mark.parametrize(("arguments", "end"), [([], signal.SIGINT), (["--json"], signal.SIGTERM)])
+def test_the_command_prints_the_address_and_ends_with_a_signal(arguments, end):
     process = subprocess.Popen(
         [sys.executable, "-m", "cpr_core.command_line", "view", "rfrfr", "--port", "0", *arguments],
         stdout=subprocess.PIPE,
@@ -245,7 +267,7 @@ def test_the_command_prints_the_address_and_ends_with_ctrl_c(arguments):
     address = json.loads(line)["address"] if arguments else re.search(r"http://\S+", line)[0]
     with urllib.request.urlopen(address, timeout=20.0) as answer:
         assert b"<html" in answer.read()
-    process.send_signal(signal.SIGINT)
+    process.send_signal(end)
     out, err = process.communicate(timeout=30.0)
     assert (process.returncode, out, err) == (0, "", "")
 
