@@ -40,6 +40,7 @@ from cpr_core.validation import (
     checked_matrix,
     checked_number,
     checked_time,
+    checked_vector,
     checked_word,
 )
 
@@ -99,6 +100,11 @@ def test_no_wrong_type_becomes_another_error(question, value):
 def test_counts_are_whole_and_numbers_finite():
     assert checked_count("n", np.int64(3), 1) == 3
     assert checked_number("x", np.float32(0.5)) == 0.5
+    assert checked_count("n", 1, 1, 1) == 1
+    assert (checked_time(0.0), checked_time(None)) == (0.0, np.inf)
+    for time in (-1e-9, np.nan):
+        with pytest.raises(InvalidRequest, match="time_limit: expected a time of at least 0 s"):
+            checked_time(time)
     for value in (2.5, 2.0, True, "2", None, np.timedelta64(2, "s")):
         with pytest.raises(InvalidRequest, match="n: expected a whole number"):
             checked_count("n", value, 1)
@@ -123,10 +129,11 @@ def test_words_are_of_those_known():
     "value",
     [
         np.ma.masked_array([2.59, 0.55], mask=[False, True]),
+        np.array([2.59 + 1j, 0.55]),
         np.array([1, 2], "timedelta64[s]"),
         np.array(["2020", "2021"], "datetime64[D]"),
     ],
-    ids=["masked", "duration", "date"],
+    ids=["masked", "complex", "duration", "date"],
 )
 def test_what_is_masked_and_times_are_no_numbers(value):
     for question in ("motors", "pose", "stations"):
@@ -156,6 +163,22 @@ def test_matrices_have_their_rows_and_columns():
                 checked_matrix("m", value, count, 2)
     with pytest.raises(InvalidRequest, match="m: expected a matrix of 3 x 2 numbers, got"):
         checked_matrix("m", rows[:2], 3, 2)
+    rows[1, 1] = np.inf
+    with pytest.raises(NonFiniteInput, match=r"all finite, row 1 is \[2\.0, inf\]"):
+        checked_matrix("m", rows, None, 2)
+
+
+def test_vectors_are_numbers_in_a_row_that_nobody_can_write_to():
+    given = np.arange(3.0)
+    vector = checked_vector("v", given, 3)
+    np.testing.assert_array_equal(vector, given)
+    assert given.flags.writeable and not vector.flags.writeable
+    with pytest.raises(InvalidRequest, match=r"v: expected 3 numbers \(x y z\), got 2"):
+        checked_vector("v", [1, 2], 3, "x y z")
+    with pytest.raises(
+        InvalidRequest, match=r"v: expected 3 numbers, got an array of shape \(3, 1\)"
+    ):
+        checked_vector("v", given[:, None], 3)
 
 
 def test_numbers_no_float_can_hold_are_none():
