@@ -5,12 +5,14 @@
 
 import os
 import time
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from cpr_core import load_robot, solve_forward, solve_home
+from cpr_ros import whereabouts
 from cpr_ros.operation.kept_state import KeptState
 from cpr_ros.whereabouts import Whereabouts
 
@@ -79,14 +81,16 @@ def test_a_place_that_could_not_be_kept_is_kept_later(late):
     assert late.kept() == [2.8, 0.4]
 
 
-def test_whoever_wrote_later_knows_better(late):
+def test_whoever_wrote_later_knows_better(late, monkeypatch):
     """A node that is inactive has its place of before."""
     late.moves(2.7, 0.4)
     late.others(3.4, -0.2, before=-1.0)
     late.other.close()
     late.whereabouts.look_after_file()
     assert late.kept() == [3.4, -0.2]
+    monkeypatch.setattr(whereabouts, "KeptState", None)  # it is not opened again
     late.whereabouts.look_after_file()
+    monkeypatch.undo()
     assert late.kept() == [3.4, -0.2] and len(late.said) == 1
     os.utime(late.file, (time.time() - 10.0,) * 2)
     late.moves(2.8, 0.4)  # it moves on
@@ -213,3 +217,40 @@ def test_a_full_disk_is_not_said_to_keep_it(late, monkeypatch):
     late.whereabouts.look_after_file()
     assert "cannot be kept" in late.said[-1]
     assert np.all(["is kept in" not in said for said in late.said])
+
+
+def test_a_disk_that_fails_again_is_told_again(late, monkeypatch):
+    late.other.close()
+    late.moves(2.7, 0.4)
+    late.whereabouts.look_after_file()
+    for number in (1, 2):
+        with monkeypatch.context() as full:
+            full.setattr(os, "pwrite", lambda *_: 0)
+            late.moves(2.7, 0.4 + 0.1 * number)
+            late.moves(2.8, 0.4 + 0.1 * number)
+            assert sum("cannot be kept" in said for said in late.said) == number
+        late.whereabouts.look_after_file()
+    late.whereabouts.close()
+    assert late.kept() == pytest.approx([2.8, 0.6])
+
+
+def test_only_another_place_is_written(late):
+    """Commands under way belong to the equilibrium of before, and a solution has those of before."""
+    late.other.close()
+    late.moves(2.7, 0.4)
+    late.whereabouts.look_after_file()
+    first, second = at(2.7, 0.4), at(2.7, 0.4)
+    motors, contents = first.motors, []
+    for place in (
+        (first, motors),
+        (first, motors.copy()),
+        (first, motors + 0.1),
+        (second, motors + 0.1),
+        (second, None),
+        (second, None),
+    ):
+        late.session.known_place = place
+        late.whereabouts.keep()
+        contents.append(late.file.read_bytes())
+    new = [last != before for before, last in pairwise(contents)]
+    assert new == [False, True, True, True, False]
