@@ -197,7 +197,7 @@ class WorkspaceMap:
         None where energy does not decide what is stable, as ``Equilibrium.stable``.
         """
         good = self.within_limits & (self.index_locked == 0)
-        if not (good[self.first] and self.energy_criterion_applies):
+        if not self.energy_criterion_applies:
             return np.zeros_like(good)
         cell, column = np.nonzero(self.cells.edges == EdgeState.PASSED)
         neighbour = self.grid.neighbours[cell, column]

@@ -29,6 +29,7 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
+from cpr_core.kernels.record_layout import INDEX_LOCKED
 from cpr_core.lie import quaternion_from_rotation, roll_pitch_yaw, rotation_exp
 from cpr_core.solving.limits import margins
 from cpr_core.workspace import (
@@ -323,6 +324,15 @@ def test_usable_cells_hang_together_and_are_stable():
     assert found.usable[found.first]
     assert np.all(found.index_locked[found.usable] == 0)
     assert found.usable.sum() < found.reached.sum()
+    assert not np.any(found.within_limits & ~found.reached)
+    # Behind a wall of unstable cells none is, be they stable.
+    column = np.unravel_index(np.arange(found.grid.size), found.grid.shape)[0]
+    wall = column[found.first] - 1
+    signs = found.cells.signs.copy()
+    signs[(column == wall) & found.reached, INDEX_LOCKED] = 1
+    walled = replace(found, cells=replace(found.cells, signs=signs))
+    assert np.any(found.usable & (column < wall))
+    np.testing.assert_array_equal(walled.usable, found.usable & (column > wall))
 
 
 def test_a_map_that_is_cancelled_is_unfinished():

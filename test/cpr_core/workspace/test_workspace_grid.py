@@ -249,3 +249,22 @@ def test_places_and_cells_that_a_grid_cannot_have_are_refused(question, value):
     assert grid.size == 9
     with pytest.raises(InvalidRequest, match="expected"):
         getattr(grid, question)(value)
+
+
+def test_angles_are_looked_at_where_several_axes_turn_the_platform():
+    turned = {"s": {"phi": 1.0, "x": 0.01}, "t": {"phi": -1.0, "y": 0.01}}
+    for ends, refused in (([-5.0, 0.0], True), ([0.0, 5.0], False)):
+        vary = {"s": [0.0, 5.0], "t": ends}
+        if refused:
+            with pytest.raises(InvalidRequest, match="phi at 10 "):
+                pose_grid(six_rfs(), vary, {"z": 0.8}, directions=turned)
+        else:
+            assert pose_grid(six_rfs(), vary, {"z": 0.8}, directions=turned).size == 4
+
+
+def test_the_nearest_cell_is_nearer_than_all_others():
+    values = {"x": [-0.5, -0.1, 0.0, 0.4], "y": [0.1, 0.2, 0.7]}
+    grid, random = pose_grid(rfrfr(), values), np.random.default_rng(5)
+    places = grid.places(np.arange(grid.size))
+    for place in random.uniform(-1.0, 1.0, (30, 2)):
+        assert grid.nearest(place) == np.linalg.norm(places - place, axis=1).argmin()
