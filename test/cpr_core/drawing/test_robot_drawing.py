@@ -6,21 +6,23 @@
 import matplotlib as mpl
 import numpy as np
 import pytest
-from helpers.shipped_steps import CHAINS
+from helpers.shipped_steps import CHAINS, STEPS
 from helpers.yaml_content import shipped_content
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import art3d
 
-from cpr_core import leg_shapes, load_robot, solve_home
+from cpr_core import leg_shapes, load_robot, solve_forward, solve_home
 from cpr_core.drawing.robot_drawing import draw_equilibrium
+from cpr_core.drawing.robot_lines import platform_outline
 
 
-def drawn(name):
-    """Lines of a drawing of home in the plane, as points (P, 2), by colour and marker."""
-    home = solve_home(load_robot(name))
+def drawn(described, step=0.0):
+    """An equilibrium a step from home, and its drawing."""
+    home = solve_home(load_robot(described))
+    found = solve_forward(home.robot, home.motors + step)
     axes = Figure().add_subplot(projection=None if home.robot.planar else "3d")
-    draw_equilibrium(axes, home, color="tab:blue", label="home", frame_size=0.05)
-    return home, axes
+    draw_equilibrium(axes, found, color="tab:blue", label="home", frame_size=0.05)
+    return found, axes
 
 
 def points_of(line):
@@ -70,8 +72,11 @@ def test_the_platform_is_drawn_around_its_joints(name, monkeypatch):
             super().__init__(faces, **given)
 
     monkeypatch.setattr(art3d, "Poly3DCollection", Plate)
-    _, axes = drawn(content)
+    found, axes = drawn(content, STEPS[name])
     plates += [points_of(line) for line in axes.lines if line.get_linewidth() == 3.0]
+    tips = np.array([shape.position[-1] for shape in leg_shapes(found)])
+    expected = tips[platform_outline(found.robot)]
+    np.testing.assert_allclose(plates[0], expected[:, : plates[0].shape[1]], atol=1e-9)
     x, y = plates[0].T[:2]
     area = 0.5 * abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
     assert area == pytest.approx({"four_rfr": 0.02, "gough_stewart": 0.0198}[name], rel=0.02)

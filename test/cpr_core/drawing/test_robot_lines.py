@@ -11,7 +11,7 @@ from helpers.yaml_content import shipped_content
 from numpy.testing import assert_array_equal
 
 from cpr_core import load_robot
-from cpr_core.drawing.robot_lines import platform_outline, segments, shades
+from cpr_core.drawing.robot_lines import bending_curvature, platform_outline, segments, shades
 from cpr_core.lie import rotation_exp
 
 
@@ -21,6 +21,10 @@ from cpr_core.lie import rotation_exp
 )
 def test_shades_go_from_blue_over_green_to_red(fraction, color):
     assert_array_equal(shades(np.array([fraction])), [color])
+
+
+def test_torsion_is_no_bending():
+    assert_array_equal(bending_curvature(np.array([[5.0, 3.0, -4.0], [1.0, 0.0, 2.0]])), [5.0, 2.0])
 
 
 @pytest.mark.parametrize("counts", [(), (0,), (1,), (2,), (24, 3, 2), (1, 5, 0, 2), (0, 5)])
