@@ -143,6 +143,17 @@ def test_a_stable_robot_is_not_taken_past_the_loss_of_its_stability(planar):
             break
     assert handled.refused.kind in ("fold", "bifurcation", "stability")
     assert handled.equilibrium.margin < 0.05
+    assert handled.undo()  # one gesture, its end refused
+    assert not handled.undoable
+
+
+def test_as_far_as_it_came_a_refused_request_is_undone_too(planar):
+    handled = HandledRobot(planar)
+    home = handled.equilibrium
+    assert not handled.push([0.0, -20.0, 0.0])
+    assert handled.equilibrium is not home
+    assert handled.undo()
+    assert handled.equilibrium is home
 
 
 def test_gestures_are_undone_one_by_one(planar):
@@ -165,6 +176,16 @@ def test_gestures_are_undone_one_by_one(planar):
     assert handled.undo()
     assert handled.equilibrium is home
     assert not handled.undo()
+    assert handled.move_motor(0, 2.6)
+    assert handled.undo()
+    assert handled.move_motor(0, 2.7)  # at once, by the same hand: another gesture all the same
+    assert handled.undo()
+    assert handled.equilibrium is home
+    other = cpr_core.solve_forward(planar, [2.7, 0.4])
+    for _ in range(2):
+        handled.take(other, "jumped")
+        handled.take(home, "back")
+    assert [handled.undo() for _ in range(5)] == [True, True, True, True, False]
 
 
 def test_loads_gravity_and_home(planar):
@@ -213,6 +234,9 @@ def test_moments_act_in_space_too(name):
     assert handled.load(loads), handled.words
     expected = cpr_core.solve_forward(robot, home.motors, loads=loads)
     np.testing.assert_allclose(handled.equilibrium.state, expected.state, rtol=0.0, atol=1e-8)
+    assert handled.push([0.0, 0.0, 1e-3])
+    wrench = handled.equilibrium.loads.wrench_world
+    np.testing.assert_array_equal(wrench, [0.0, 0.0, 1e-3, 0.0, 0.0, 1e-3])
     assert handled.push([0.0, 0.0, -1e-3])
 
 
