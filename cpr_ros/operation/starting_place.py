@@ -115,7 +115,6 @@ def _hindrance_on_way_home(session: Session, motors: Floats, last: Equilibrium |
     home, thresholds = solve_home(robot), session.follower.settings.thresholds
     try:
         start = _stable_at(home, _within_range(session, motors)) if last is None else last
-        start = _unburdened(start)
     except CprError as error:
         return f"how the robot stands there is not known: {error}"
     deadline = Deadline(_LONGEST_WALK)
