@@ -25,9 +25,10 @@ def test_the_first_command_out_of_rest_is_ahead_of_its_solution_and_the_only_one
     for _ in range(20):
         target = session.solver.current.equilibrium.motors + random.uniform(-0.02, 0.02, 2)
         session.orders.follow(MotorGoal(session.robot, target), node.now)
-        before, sent = session.commands.newest, len(node.commands)
+        before, sent, session.unplaced = session.commands.newest, len(node.commands), True
         assert node.tick().obeyed
         assert len(node.commands) == sent + 1
+        assert not session.unplaced
         np.testing.assert_array_equal(node.ahead[-1], session.solver.current.equilibrium.motors)
         np.testing.assert_array_equal(node.commands[-1], node.ahead[-1])
         assert np.abs(node.ahead[-1] - before).max() <= PERIOD * (1.0 + 1e-6)

@@ -213,6 +213,15 @@ def test_a_trajectory_ends_it_until_its_last_point(node):
     np.testing.assert_allclose(node.session.commands.newest, positions[-1], atol=1e-9)
 
 
+def test_a_wrench_ends_it_for_measured_motors_too_until_it_is_gone():
+    node = Node(motor_source="measured")
+    node.session.tracking.take(HOME, node.now)
+    timeout = 2.0 * node.live.measured_timeout
+    node.push(0.05, timeout)
+    assert node.rest() >= timeout / PERIOD
+    assert node.session.wrench.watchdog.age(node.now) == -1.0
+
+
 def test_measured_motors_end_it_until_they_are_old():
     node = Node(motor_source="measured")
     tracking = node.session.tracking

@@ -207,6 +207,17 @@ def test_motors_that_were_measured_before_an_activation_are_forgotten():
     assert (outcome.state, outcome.verdict.action) == (State.IDLE, Action.HALT)
 
 
+def test_what_was_missed_before_an_activation_is_forgotten(bench):
+    session = bench.session
+    apply_live(session, replace(LIVE, wrench_timeout=0.5), bench.now)
+    bench.push(0.1, 0.0, 0.0)
+    while bench.now < 1.0:
+        bench.tick()
+    assert "external wrench is older" in session.senses.unseen(bench.now)
+    session.stand()
+    assert session.senses.unseen(bench.now) == ""
+
+
 @pytest.mark.parametrize(
     ("every", "speed"), [(1, 0.1), (3, 0.1), (10, 0.1), (41, 0.1), (10, 3.0), (40, 0.6)]
 )

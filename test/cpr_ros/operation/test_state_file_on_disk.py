@@ -7,6 +7,7 @@ import errno
 import fcntl
 import os
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -128,6 +129,8 @@ def test_what_others_do_to_the_file_is_noticed_and_mended(file, change, then_kep
         kept.keep(at(fraction), at(fraction).motors)
     assert kept.mend() or (change is spoil_slot and then_kept == 2)
     assert not kept.mend()
+    opened = [place.resolve() for place in Path("/proc/self/fd").iterdir()]
+    assert sum(file.parent in place.parents for place in opened) == 1  # the one before is closed
     with pytest.raises(BlockingIOError):  # the lock is that of the file that is there
         KeptState(file, ROBOT)
     kept.close()

@@ -64,6 +64,14 @@ def test_motors_that_were_lost_are_lost_for_another_description_too(file):
     kept.close()
 
 
+def test_a_robot_that_never_moved_leaves_no_commands_to_another_description(file):
+    """Else its motors would be led from 0, where a new file has them, to home."""
+    KeptState(file, ROBOT).close()
+    kept = KeptState(file, load_robot("rfrfr", modes=6))
+    assert kept.commands_before is None and kept.last_commands() is None
+    kept.close()
+
+
 @pytest.mark.parametrize(
     "other", [lambda: renamed("rfrfr"), lambda: renamed("three_rfs", new="rfrfr")]
 )

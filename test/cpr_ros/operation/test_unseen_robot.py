@@ -103,6 +103,13 @@ def test_motors_do_not_follow_a_wrench_that_is_measured_no_more(bench):
     np.testing.assert_allclose(session.commands.newest, home.motors, atol=1e-7)
     bench.push(0.1, 0.0, 0.0)
     assert session.senses.unseen(bench.now + 1.0) == ""
+    session.orders.follow(MotorGoal(session.robot, home.motors + 0.01), bench.now, ages=False)
+    end = bench.now + 1.0
+    while bench.now < end:  # where motors are sent does not depend on it
+        bench.tick()
+    assert session.senses.missing_wrench(bench.now) == why
+    np.testing.assert_allclose(session.commands.newest, home.motors + 0.01, atol=1e-9)
+    assert session.follower.goal is not None
 
 
 def test_motors_that_are_measured_too_seldom_are_missed_all_along(bench):
