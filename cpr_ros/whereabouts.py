@@ -18,7 +18,7 @@ from cpr_core import CprError, Equilibrium
 
 from .interface.first_measured import MEASURED, first_measured
 from .middleware.publishers import other_publishers
-from .operation.kept_state import KeptState, state_folder
+from .operation.kept_state import KeptState, KnownPlace, state_folder
 from .operation.locked_file import link_to_nowhere
 from .operation.session import Session
 from .operation.starting_place import (
@@ -32,9 +32,6 @@ from .process.stop_signal import Stopped, StopSignal
 from .settings.node_settings import Parameters
 
 __all__ = ["Whereabouts"]
-
-#: An equilibrium, and where its motors were sent or measured, (n,); None: not there.
-_Place = tuple[Equilibrium, NDArray[np.float64] | None]
 
 #: How long a message with measured motors is waited for when the node becomes active [s].
 _MEASURED_WAIT = 5.0
@@ -93,7 +90,7 @@ class Whereabouts:
         #: Why the robot can only be where it is measured; empty if it can be elsewhere.
         self._lost = ""
         self._kept: KeptState | None = None
-        self._newest: _Place | None = None
+        self._newest: KnownPlace | None = None
         #: How often in a row the file was not there.
         self._missing = 0
         #: Since when a place is known that is in no file; None: there is none.
@@ -270,7 +267,7 @@ class Whereabouts:
         place = self._session.known_place
         if place is None:
             return
-        if self._newest is None or not _same(place, self._newest):
+        if not place.same_as(self._newest):
             self._newest = place
             if self._kept is None:
                 self._unkept_since = _now(self._file)
@@ -354,14 +351,6 @@ def _last_written(file: Path) -> float | None:
         return file.stat().st_mtime
     except FileNotFoundError:
         return None
-
-
-def _same(place: _Place, other: _Place) -> bool:
-    """Whether two places are one."""
-    motors, others = place[1], other[1]
-    if place[0] is not other[0] or (motors is None) != (others is None):
-        return False
-    return motors is others or np.array_equal(motors, others)  # type: ignore[arg-type]
 
 
 def _may_be_there(file: Path) -> bool:

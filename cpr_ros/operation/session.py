@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import CprError, Equilibrium, Loads, Robot
+from cpr_core import CprError, Loads, Robot
 from cpr_core.model.assessment import Assessment
 
 from ..closed_loop.jogging import Jogger
@@ -32,6 +32,7 @@ from ..following.watchdog import Watchdog
 from ..messages.conversions import Frames
 from ..settings.node_settings import LiveParameters, Parameters
 from .applied_solutions import check_applied
+from .kept_state import KnownPlace
 from .orders import Orders
 from .outgoing import Outgoing
 from .present import Present
@@ -285,20 +286,17 @@ class Session:
         self.present.rest()
 
     @property
-    def known_place(self) -> tuple[Equilibrium, Floats | None] | None:
-        """What is to be remembered: an equilibrium, and where its motors were sent or measured, (n,).
-
-        No motors: they are measured, but not where it is. None: nothing is known.
-        """
+    def known_place(self) -> KnownPlace | None:
+        """What is to be remembered of where the robot is; None: nothing is known."""
         equilibrium, state = self.solver.current.equilibrium, self.present.outcome.state
         if self.others.away:
-            return equilibrium, None
+            return KnownPlace(equilibrium, None)
         if self.tracking is None:
             commands = self.commands.newest
-            return None if commands is None else (equilibrium, commands)
+            return None if commands is None else KnownPlace(equilibrium, commands)
         if state not in (State.TRACKING, State.LOST):
             return None
-        return equilibrium, equilibrium.motors if state == State.TRACKING else None
+        return KnownPlace(equilibrium, equilibrium.motors if state == State.TRACKING else None)
 
     def told(self, now: float) -> Verdict:
         """What is told of the last tick; of a robot that is not seen, at least to be slow."""

@@ -17,7 +17,7 @@ from cpr_core.solving.deadline import Deadline
 
 from ..following.measured_range import within_range
 from ..following.straight_way import hindrance_on_straight_way
-from .kept_state import LastState
+from .kept_state import KnownPlace
 from .session import Session
 
 __all__ = [
@@ -125,7 +125,7 @@ def _hindrance_on_way_home(session: Session, motors: Floats, last: Equilibrium |
     return f"time was over before {way.why}" if way.too_late else way.why
 
 
-def begin_at_last(session: Session, last: LastState) -> str:
+def begin_at_last(session: Session, last: KnownPlace) -> str:
     """Begin where the robot was last, without the wrench it may have borne. Says what was done.
 
     Commands that were on their way there are held: nobody has asked this node for them.
@@ -142,10 +142,10 @@ def begin_at_last(session: Session, last: LastState) -> str:
         ) from None
     if found.index_locked > 0:
         raise CprError("the robot cannot rest at its last equilibrium, which is unstable")
-    begin_at(session, found, last.commands, time.perf_counter() - begin)
+    begin_at(session, found, last.motors, time.perf_counter() - begin)
     said = f"where it was last, motors {_words(found.motors)}"
-    if session.orders.hold_commands():
-        said += f"; commands were on their way there from {_words(last.commands)}: {HELD}"
+    if last.motors is not None and session.orders.hold_commands():
+        said += f"; commands were on their way there from {_words(last.motors)}: {HELD}"
     return said
 
 

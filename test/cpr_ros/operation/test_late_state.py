@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cpr_core import load_robot, solve_forward, solve_home
-from cpr_ros.operation.kept_state import KeptState
+from cpr_ros.operation.kept_state import KeptState, KnownPlace
 from cpr_ros.whereabouts import Whereabouts
 
 ROBOT = load_robot("rfrfr")
@@ -51,7 +51,7 @@ class Late:
 
     def moves(self, *motors):
         found = at(*motors)
-        self.session.known_place = found, found.motors
+        self.session.known_place = KnownPlace(found, found.motors)
         self.whereabouts.keep()
 
     def kept(self):
@@ -59,7 +59,7 @@ class Late:
         kept = KeptState(self.file, ROBOT)
         last = kept.last()
         kept.close()
-        return None if last is None else last.commands.tolist()
+        return None if last is None else last.motors.tolist()
 
 
 @pytest.fixture

@@ -115,7 +115,7 @@ def test_that_others_have_moved_the_motors_is_a_halt_until_they_are_measured_whe
     session.take_measured(home.motors + 0.05, moved.now)
     assert not session.at_rest
     assert not halted(moved)
-    np.testing.assert_array_equal(session.known_place[1], home.motors)
+    np.testing.assert_array_equal(session.known_place.motors, home.motors)
     session.orders.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
     assert moved.tick().state == State.FOLLOWING
 

@@ -168,7 +168,7 @@ def test_another_description_begins_where_the_motors_were_sent_last(bench, befor
     bench.until_at(last)
     bench.process.stop()
     kept = bench.kept(described)  # the description may have been the wrong one
-    np.testing.assert_array_equal(kept.last().commands, last)
+    np.testing.assert_array_equal(kept.last().motors, last)
     kept.close()
     bench.start()
     bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
