@@ -12,7 +12,7 @@ import pytest
 
 from cpr_core import load_robot, solve_forward, solve_home
 from cpr_ros.operation.kept_state import KeptState, KnownPlace
-from cpr_ros.whereabouts import Whereabouts
+from cpr_ros.operation.place_memory import PlaceMemory
 
 ROBOT = load_robot("rfrfr")
 
@@ -26,21 +26,14 @@ def closed_folder(path, **options):
 
 
 class Late:
-    """The whereabouts of a node whose file another one has."""
+    """What a node remembers whose file another one has."""
 
     def __init__(self, folder):
         self.said = []
         self.file = folder / "cpr_node.3.state"
         self.other = KeptState(self.file, ROBOT)
-        self.session = SimpleNamespace(robot=ROBOT, known_place=None, unplaced=False)
         log = SimpleNamespace(warning=self.said.append, info=self.said.append)
-        node = SimpleNamespace(
-            get_fully_qualified_name=lambda: "/cpr_node",
-            context=SimpleNamespace(get_domain_id=lambda: 3),
-            get_logger=lambda: log,
-        )
-        parameters = SimpleNamespace(start_from="auto", state_directory=str(folder))
-        self.whereabouts = Whereabouts(node, parameters, self.session, None, time.monotonic())
+        self.memory, self.place = PlaceMemory(self.file, ROBOT, log), None
 
     def others(self, *motors, before=0.0):
         """The other node moves, some time before now [s]."""
@@ -51,8 +44,11 @@ class Late:
 
     def moves(self, *motors):
         found = at(*motors)
-        self.session.known_place = KnownPlace(found, found.motors)
-        self.whereabouts.keep()
+        self.place = KnownPlace(found, found.motors)
+        self.memory.keep(self.place)
+
+    def look_after_file(self):
+        self.memory.look_after_file(self.place)
 
     def kept(self):
         """What is in the file, as the next start has it."""
@@ -70,12 +66,12 @@ def late(tmp_path):
 def test_a_place_that_could_not_be_kept_is_kept_later(late):
     late.others(3.0, 0.3, before=10.0)
     late.moves(2.7, 0.4)
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     late.other.close()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert "is kept in" in late.said[-1]
     late.moves(2.8, 0.4)
-    late.whereabouts.close()
+    late.memory.close()
     assert late.kept() == [2.8, 0.4]
 
 
@@ -84,14 +80,14 @@ def test_whoever_wrote_later_knows_better(late):
     late.moves(2.7, 0.4)
     late.others(3.4, -0.2, before=-1.0)
     late.other.close()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.kept() == [3.4, -0.2]
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.kept() == [3.4, -0.2] and len(late.said) == 1
     os.utime(late.file, (time.time() - 10.0,) * 2)
     late.moves(2.8, 0.4)  # it moves on
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.8, 0.4]
 
 
@@ -101,8 +97,8 @@ def test_no_clock_tells_who_knows_better(late, ahead):
     late.others(3.0, 0.3, before=-ahead)
     late.moves(2.7, 0.4)
     late.other.close()
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.7, 0.4]
 
 
@@ -111,7 +107,7 @@ def test_whoever_wrote_later_knows_better_by_any_clock(late, ahead):
     late.moves(2.7, 0.4)
     late.others(3.4, -0.2, before=-ahead)
     late.other.close()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.kept() == [3.4, -0.2]
 
 
@@ -123,8 +119,8 @@ def test_where_nobody_could_look_the_clock_tells(late, monkeypatch, before, expe
         closed.setattr(os, "stat", closed_folder)
         late.moves(2.7, 0.4)
     late.other.close()
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == expected
 
 
@@ -132,17 +128,17 @@ def test_where_nothing_is_known_nothing_is_made(late):
     """An empty file would be that of a robot that never moved: it begins at home."""
     late.other.close()
     late.file.unlink()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert not late.file.exists() and len(late.said) == 1
     late.moves(2.7, 0.4)
-    late.session.known_place, place = None, late.session.known_place
+    late.place, place = None, late.place
     for _ in range(5):
-        late.whereabouts.look_after_file()
+        late.look_after_file()
     assert not late.file.exists()
-    late.session.known_place = place
+    late.place = place
     for _ in range(5):  # for as long as a node that has it may take to mend it
-        late.whereabouts.look_after_file()
-    late.whereabouts.close()
+        late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.7, 0.4]
 
 
@@ -152,8 +148,8 @@ def test_an_empty_file_knows_nothing_better(late):
     late.other.close()
     late.file.unlink()
     KeptState(late.file, ROBOT).close()
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.7, 0.4]
 
 
@@ -165,8 +161,8 @@ def test_to_open_a_file_is_not_to_write_it(late):
     late.other.close()
     KeptState(late.file, ROBOT).close()
     assert late.file.stat().st_mtime_ns == written
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.7, 0.4]
 
 
@@ -175,13 +171,13 @@ def test_a_file_that_is_removed_is_left_to_the_node_that_has_it(late):
     late.moves(2.7, 0.4)
     late.others(3.4, -0.2, before=-1.0)
     late.file.unlink()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.other.mend()
     os.utime(late.file, (time.time() + 1.0,) * 2)
     for _ in range(5):
-        late.whereabouts.look_after_file()
+        late.look_after_file()
     late.other.close()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.kept() == [3.4, -0.2]
 
 
@@ -200,7 +196,7 @@ def test_what_is_not_of_this_robot_is_left_alone(late, what):
     os.utime(late.file, (1.0, 1.0))
     content = late.file.read_bytes()
     late.moves(2.7, 0.4)
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.file.read_bytes() == content and len(late.said) == 1
     KeptState(late.file, ROBOT).close()  # it is free for whoever else has it
 
@@ -210,6 +206,6 @@ def test_a_full_disk_is_not_said_to_keep_it(late, monkeypatch):
     late.moves(2.7, 0.4)
     monkeypatch.setattr(os, "pwrite", lambda *_: 0)
     os.utime(late.file, (1.0, 1.0))
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert "cannot be kept" in late.said[-1]
     assert np.all(["is kept in" not in said for said in late.said])
