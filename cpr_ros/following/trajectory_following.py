@@ -25,7 +25,7 @@ from .supervision import State
 from .trajectory_goal import TrajectoryGoal
 from .trajectory_order import TrajectoryOrder, TrajectoryRefused, ordered_path
 from .trajectory_plan import TrajectoryPlan
-from .trajectory_tolerances import arrived, broken_tolerance
+from .trajectory_tolerances import TrajectoryTolerances
 
 __all__ = ["Ending", "Motion", "Trajectories"]
 
@@ -190,18 +190,16 @@ class Trajectories:
             return
         due = goal.due(now)
         current, names = outcome.assessment.equilibrium, self._robot.motor_names
+        tolerances = TrajectoryTolerances(names, order, goal.path, self._period)
         measured, missing = self._measured.newest(now), self._measured.missing(now)
-        if goal.remaining(current) == 0.0 and arrived(order, goal.path, measured, missing):
+        if goal.remaining(current) == 0.0 and tolerances.arrived(measured, missing):
             self.running = None
             self._rest_until_joined()
             motion.told(Ending(ErrorCode.SUCCESS, "", due))
             return
-        beyond = broken_tolerance(
-            names, order, goal.path, due, current.motors, measured, missing, self._period
-        )
-        if beyond:
-            measure, text = beyond
-            self._end_running(Ending(ErrorCode.CONTROL_FAILED, text, due, measure))
+        broken = tolerances.broken(due, current.motors, measured, missing)
+        if broken is not None:
+            self._end_running(Ending(ErrorCode.CONTROL_FAILED, broken.text, due, broken.name))
 
     def _planned(
         self, order: TrajectoryOrder, current: Assessment, now: float, pace: float
