@@ -316,7 +316,7 @@ class Trajectories:
     def _begin(self, coming: Motion, current: Assessment, now: float) -> None:
         own = coming.own_time(now)
         before = None if self.running is None else self.running.goal
-        way = np.abs(coming.plan.path.at(own)[0] - current.equilibrium.motors)
+        way = np.abs(coming.plan.path.at(own).positions - current.equilibrium.motors)
         if np.any(way > motor_steps(self._robot, self._follower.settings.max_speed, self._period)):
             text = "the robot was moved while the trajectory was solved"
             self._end_coming(Ending(ErrorCode.PREEMPTED, text))

@@ -153,7 +153,7 @@ def _check_beginning(
         if len(order.times) > 1
         else MotorPath.rest(0.0, 1.0, order.positions[0])
     )
-    at = path.at(join)[0]
+    at = path.at(join).positions
     allowed = NEAR * robot.motor_units + limits * (join - order.times[0])
     for number in np.flatnonzero(~(np.abs(at - motors) <= allowed)):
         position, command = distinct(float(at[number]), float(motors[number]), fewest=6)

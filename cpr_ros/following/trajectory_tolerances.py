@@ -120,7 +120,7 @@ class TrajectoryTolerances:
         """
         order, told = self.order, "measured " if measured else ""
         if due <= order.duration:
-            error = np.abs(self.path.at(due)[0] - motors)
+            error = np.abs(self.path.at(due).positions - motors)
             for number in np.flatnonzero(error > order.path_tolerance):
                 away, allowed = distinct(float(error[number]), float(order.path_tolerance[number]))
                 text = (

@@ -41,13 +41,13 @@ def arrived(wanted, measured, missing):
 @given(due=st.floats(0.0, 2.0), age=st.floats(0.0, 0.4))
 def test_motors_that_were_where_they_should_be_then_break_nothing(due, age):
     """However long ago that was: the path is looked at as it was at that time."""
-    measured = MotorMeasurement(PATH.at(due - age)[0], age)
-    assert broken(order([1e-9, 1e-9]), due, PATH.at(due)[0], measured) is None
+    measured = MotorMeasurement(PATH.at(due - age).positions, age)
+    assert broken(order([1e-9, 1e-9]), due, PATH.at(due).positions, measured) is None
 
 
 @given(due=st.floats(0.2, 2.0), lag=st.floats(1e-3, 0.2))
 def test_motors_that_lag_break_the_tolerance_they_are_beyond(due, lag):
-    commands = PATH.at(due)[0]
+    commands = PATH.at(due).positions
     away = np.array([0.0, lag])
     measured = MotorMeasurement(commands + away, 0.0)
     assert broken(order([1e-6, 1.01 * lag]), due, commands, measured) is None
@@ -57,7 +57,7 @@ def test_motors_that_lag_break_the_tolerance_they_are_beyond(due, lag):
 
 
 def test_commands_come_first_and_are_not_called_measured():
-    sent = PATH.at(1.0)[0] - 0.1
+    sent = PATH.at(1.0).positions - 0.1
     _, text = broken(order([0.05, 0.05]), 1.0, sent, MotorMeasurement(sent, 0.0))
     assert "motor1 is 0.1 from where the trajectory has it" in text
 
@@ -65,7 +65,7 @@ def test_commands_come_first_and_are_not_called_measured():
 def test_without_a_tolerance_any_error_is_one():
     lost = MotorMeasurement(np.array([5.0, 5.0]), 0.0)
     for due in (1.0, 2.0, 100.0):
-        assert broken(order(), due, PATH.at(due)[0], lost) is None
+        assert broken(order(), due, PATH.at(due).positions, lost) is None
     assert arrived(order(), lost, "")
 
 
@@ -96,10 +96,10 @@ def test_motors_that_are_measured_no_more_hold_no_tolerance(allowed):
     """Encoders were dead, and the trajectory succeeded by its commands."""
     near, missing = np.array([0.01, np.inf]), "the encoders are dead"
     on_the_way, at_the_end = order(near), order(FREE, near, allowed)
-    measure, text = broken(on_the_way, 1.0, PATH.at(1.0)[0], None, missing)
+    measure, text = broken(on_the_way, 1.0, PATH.at(1.0).positions, None, missing)
     assert measure == "path_tolerance" and missing in text
-    assert broken(on_the_way, 1.0, PATH.at(1.0)[0], None, "") is None
-    assert broken(at_the_end, 1.0, PATH.at(1.0)[0], None, missing) is None
+    assert broken(on_the_way, 1.0, PATH.at(1.0).positions, None, "") is None
+    assert broken(at_the_end, 1.0, PATH.at(1.0).positions, None, missing) is None
     assert not arrived(at_the_end, None, missing)
     assert arrived(on_the_way, None, missing)
     assert broken(at_the_end, 2.0 + 0.99 * SETTLING, PATH.last, None, missing) is None
