@@ -23,6 +23,7 @@ from sensor_msgs.msg import JointState
 from cpr_core import CprError, load_robot
 from cpr_core.model.assessment import crossed_thresholds
 
+from .following.news import News
 from .following.supervision import Action, below_warnings
 from .interface.first_measured import MEASURED
 from .interface.interfaces import Interfaces, answer_impossible_transitions
@@ -186,7 +187,7 @@ class CprNode(LifecycleNode):
         return self._transition(
             self._deactivate,
             lambda: super(CprNode, self).on_deactivate(state),
-            lambda: self._announce("", "inactive: holds and is silent"),
+            lambda: self._announce(News(information="inactive: holds and is silent")),
         )
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -194,7 +195,7 @@ class CprNode(LifecycleNode):
         return self._transition(
             self._forget,
             lambda: super(CprNode, self).on_cleanup(state),
-            lambda: self._announce("", "cleaned up: the robot is forgotten"),
+            lambda: self._announce(News(information="cleaned up: the robot is forgotten")),
         )
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -202,7 +203,7 @@ class CprNode(LifecycleNode):
         return self._transition(
             self._forget,
             lambda: super(CprNode, self).on_shutdown(state),
-            lambda: self._announce("", "shut down"),
+            lambda: self._announce(News(information="shut down")),
         )
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -346,12 +347,12 @@ class CprNode(LifecycleNode):
         """Tell what pushes on the platform, where measured motors say so and somebody asks."""
         if self.outputs.wrench_wanted:
             self.outputs.felt_wrench(session, message, now)
-            self._announce(*session.felt.announcement(now))
+            self._announce(session.felt.announcement(now))
 
     def _tick(self, now: float) -> None:
         session = self._required_session()
         outcome = session.tick(now, self._command, self._keep)
-        self._announce(*self._announcements.after_tick(outcome, now))
+        self._announce(self._announcements.after_tick(outcome, now))
         if outcome.moved:
             self.outputs.step(session, now)
         asked, self._asked = self._asked, session.told(now).action
@@ -374,11 +375,11 @@ class CprNode(LifecycleNode):
         if self._whereabouts is not None:
             self._whereabouts.keep()
 
-    def _announce(self, warning: str, information: str) -> None:
-        if warning:
-            self.get_logger().warning(warning)
-        if information:
-            self.get_logger().info(information)
+    def _announce(self, news: News) -> None:
+        if news.warning:
+            self.get_logger().warning(news.warning)
+        if news.information:
+            self.get_logger().info(news.information)
 
     def _tell(self, stream: Stream, session: Session) -> None:
         """Tell what is due of a stream, or begin to."""
@@ -392,11 +393,11 @@ class CprNode(LifecycleNode):
         if session is not None:
             others = self.outputs.other_commanders.look(now)
             unmeasured, again = session.senses.missing_motors(now), session.senses.motors_again(now)
-            self._announce(*self._announcements.of_motors(unmeasured, again=again))
-            self._announce(*self._announcements.of_wrench(session.senses.missing_wrench(now)))
-            self._announce(*self._announcements.of_commanders(others))
+            self._announce(self._announcements.of_motors(unmeasured, again=again))
+            self._announce(self._announcements.of_wrench(session.senses.missing_wrench(now)))
+            self._announce(self._announcements.of_commanders(others))
         if session is not None and self.outputs.wrench_wanted:
-            self._announce(*session.felt.announcement(now))
+            self._announce(session.felt.announcement(now))
         dropped = self.interfaces.dropped if self.interfaces else None
         life = self._state_machine.current_state[1]
         self.outputs.diagnostics(life, session, dropped, self._ticking.late, others)

@@ -19,6 +19,7 @@ from cpr_core.errors import distinct
 from cpr_core.model.world_response import effort_units
 
 from .judged_steps import LARGEST_CHANGE
+from .news import News
 from .steps import change_between
 from .watchdog import Watchdog
 
@@ -157,15 +158,15 @@ class FeltWrench:
         """Why there is no estimate now; empty: there is one."""
         return self._why(now)[1]
 
-    def announcement(self, now: float) -> tuple[str, str]:
-        """What the log is to be told now, a warning and an information, each once."""
+    def announcement(self, now: float) -> News:
+        """What the log is to be told now."""
         kind, reason = self._why(now)
         before, self._announced = self._announced, kind
         if kind and kind != before:
-            return f"no wrench is estimated: {reason}", ""
+            return News(warning=f"no wrench is estimated: {reason}")
         if before and not kind:
-            return "", "the wrench is estimated"
-        return "", ""
+            return News(information="the wrench is estimated")
+        return News()
 
     def _why(self, now: float) -> tuple[str, str]:
         """The kind of reason for which there is no estimate, and the reason."""
