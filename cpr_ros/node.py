@@ -389,18 +389,20 @@ class CprNode(LifecycleNode):
 
     def _publish_diagnostics(self) -> None:
         session, now = self.active_session(), time.monotonic()
-        others = ""
+        commanders = ""
         if session is not None:
-            others = self.outputs.other_commanders.look(now)
+            commanders = self.outputs.other_commanders.look(now)
             unmeasured, again = session.senses.missing_motors(now), session.senses.motors_again(now)
             self._announce(self._announcements.of_motors(unmeasured, again=again))
             self._announce(self._announcements.of_wrench(session.senses.missing_wrench(now)))
-            self._announce(self._announcements.of_commanders(others))
+            self._announce(self._announcements.of_commanders(commanders))
         if session is not None and self.outputs.wrench_wanted:
             self._announce(session.felt.announcement(now))
         dropped = self.interfaces.dropped if self.interfaces else None
         life = self._state_machine.current_state[1]
-        self.outputs.diagnostics(life, session, dropped, self._ticking.late, others)
+        self.outputs.diagnostics(
+            life, session, dropped, late_ticks=self._ticking.late, commanders=commanders
+        )
 
     def _required_session(self) -> Session:
         if self._session is None:

@@ -30,16 +30,15 @@ def diagnostic_array(
     name: str,
     life: str,
     session: Session | None,
+    *,
     unseen: str,
     dropped: Mapping[str, int],
-    newest: Mapping[str, int],
+    newly_dropped: Mapping[str, int],
     late_ticks: int,
-    others: str,
+    commanders: str,
     stamp: Time,
 ) -> DiagnosticArray:
-    """Two entries: what the robot is in, and how the node gets on.
-
-    It takes what the two have in common, and one thing for every line of the second.
+    """How the node gets on, and how stable the robot in operation is; one entry each.
 
     Args:
         name: Full name of the node.
@@ -47,15 +46,15 @@ def diagnostic_array(
         session: The robot in operation; None while the node is not active.
         unseen: What is not measured of it, in words; empty: nothing is missing.
         dropped: Number of dropped messages by topic.
-        newest: Those of them that were dropped since the last diagnostics.
+        newly_dropped: Those of them since the last diagnostics.
         late_ticks: Ticks that came more than a period late.
-        others: Who else commands the motors, in words; empty: nobody.
+        commanders: Who else commands the motors, in words; empty: nobody.
         stamp: ROS time of the message.
     """
     level = DiagnosticStatus.OK if session else DiagnosticStatus.STALE
-    counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(newest.items()))
-    fewer = f"messages dropped since the last diagnostics: {counts}" if counts else ""
-    warnings = [warning for warning in (fewer, others) if warning]
+    counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(newly_dropped.items()))
+    lost = f"messages dropped since the last diagnostics: {counts}" if counts else ""
+    warnings = [warning for warning in (lost, commanders) if warning]
     if warnings:
         level = max(level, DiagnosticStatus.WARN)
     entries = [
@@ -78,7 +77,7 @@ def diagnostic_array(
 
 
 def _stability_status(name: str, session: Session, unseen: str) -> DiagnosticStatus:
-    """What the robot is in."""
+    """How stable the robot in operation is."""
     outcome = session.present.outcome
     told = seen(outcome.verdict, unseen)
     crossed = crossed_thresholds(session.follower.settings.thresholds)

@@ -292,17 +292,22 @@ class Outputs:
         life: str,
         session: Session | None,
         dropped: DroppedMessages | None,
+        *,
         late_ticks: int,
-        others: str,
+        commanders: str,
     ) -> None:
-        """Health of the node."""
-        name = self._node.get_fully_qualified_name()
-        counts = dropped.counts if dropped else {}
-        newest = dropped.newest() if dropped else {}
-        now, stamp = time.monotonic(), self._stamp()
-        unseen = session.senses.unseen(now) if session else ""
+        """Health of the node; arguments as of :func:`diagnostic_array`."""
+        name, now = self._node.get_fully_qualified_name(), time.monotonic()
         array = diagnostic_array(
-            name, life, session, unseen, counts, newest, late_ticks, others, stamp
+            name,
+            life,
+            session,
+            unseen=session.senses.unseen(now) if session else "",
+            dropped=dropped.counts if dropped else {},
+            newly_dropped=dropped.newest() if dropped else {},
+            late_ticks=late_ticks,
+            commanders=commanders,
+            stamp=self._stamp(),
         )
         if session is not None and self.wrench_wanted:
             array.status.append(wrench_status(name, session, now))

@@ -25,7 +25,15 @@ OTHERS = "/commands has 1 more publisher: others command the motors too"
 def test_what_is_wrong_is_told_in_one_line(newest, others, words):
     """Without a robot in operation the level is higher all the same."""
     (status,) = diagnostic_array(
-        "n", "inactive", None, "", {"a": 7}, newest, 3, others, Time()
+        "n",
+        "inactive",
+        None,
+        unseen="",
+        dropped={"a": 7},
+        newly_dropped=newest,
+        late_ticks=3,
+        commanders=others,
+        stamp=Time(),
     ).status
     assert status.message == "; ".join(["inactive", *words])
     assert status.level == DiagnosticStatus.STALE

@@ -424,7 +424,17 @@ def diagnosed(drive):
         present=SimpleNamespace(outcome=drive.outcomes[-1]),
         robot=drive.robot,
     )
-    found = diagnostic_array("node", "active", session, "", {}, {}, 0, "", Time()).status[1]
+    found = diagnostic_array(
+        "node",
+        "active",
+        session,
+        unseen="",
+        dropped={},
+        newly_dropped={},
+        late_ticks=0,
+        commanders="",
+        stamp=Time(),
+    ).status[1]
     values = {value.key: value.value for value in found.values}
     return found.level, values["model error"]
 
