@@ -222,8 +222,10 @@ class MovedByOthers:
 
     def _words(self) -> str:
         """That the motors were measured farther from their last command than is tolerated."""
-        if not 0.0 < self._tolerance < self._way:  # then only commands that wait for them say so
-            return self._waited_for * (
+        if not 0.0 < self._tolerance < self._way:
+            if not self._waited_for:
+                return ""
+            return (
                 f"the motors do not follow: one was measured {self._way:.3g} (rad or rod lengths) from "
                 f"its command, as far as max_lead allows, and all at rest for {self._patience:.3g} s "
                 "while commands waited for them"
