@@ -284,7 +284,7 @@ class CprNode(LifecycleNode):
             self.interfaces.forget_messages()  # setpoints that came while it looked
         self._active = True
         now = time.monotonic()
-        self._asked = session.told(now).action
+        self._asked = session.verdict(now).action
         self._ticking.start(now)
         self._streams.begin(now)
         for stream in self.outputs.streams:
@@ -331,7 +331,7 @@ class CprNode(LifecycleNode):
         try:
             self.get_logger().info(self._whereabouts.place(motors))
             if other_publishers(self, MEASURED) > 1:
-                self._required_session().others.prove(time.monotonic())
+                self._required_session().moved_by_others.prove(time.monotonic())
         except Stopped:
             return
         except CprError as error:
@@ -355,7 +355,7 @@ class CprNode(LifecycleNode):
         self._announce(self._announcements.after_tick(outcome, now))
         if outcome.moved:
             self.outputs.step(session, now)
-        asked, self._asked = self._asked, session.told(now).action
+        asked, self._asked = self._asked, session.verdict(now).action
         if self._asked != asked and self.outputs.stability.wanted(now):
             self._tell(self.outputs.stability, session)  # out of turn: a supervisor does not wait
         if outcome.home_missed:

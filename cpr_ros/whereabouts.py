@@ -160,7 +160,7 @@ class Whereabouts:
             self._session.robot,
             _MEASURED_WAIT,
             lambda: self._stop.requested,
-            self._session.others.tolerance,
+            self._session.moved_by_others.tolerance,
         )
         if motors is not None:
             self._node.get_logger().info(self.place(motors))

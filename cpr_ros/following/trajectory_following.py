@@ -68,7 +68,7 @@ class Motion:
     Attributes:
         order: What was ordered.
         plan: Its path, and equilibria along it.
-        told: Called with its end, once.
+        on_end: Called with its end, once.
         own_time: Where on its path it would be now, in its own time, before it has begun.
         join: Until then, in its own time, the path is what the motors did before [s].
         after: How many orders the follower had had when it came; more of them are newer.
@@ -80,7 +80,7 @@ class Motion:
 
     order: TrajectoryOrder
     plan: TrajectoryPlan
-    told: Callable[[Ending], None]
+    on_end: Callable[[Ending], None]
     own_time: Callable[[float], float]
     join: float
     after: int
@@ -118,7 +118,7 @@ class Trajectories:
         order: TrajectoryOrder,
         current: Assessment,
         now: float,
-        told: Callable[[Ending], None],
+        on_end: Callable[[Ending], None],
     ) -> Motion:
         """Take an order. A setpoint is forgotten; a trajectory goes on until this one is solved.
 
@@ -126,7 +126,7 @@ class Trajectories:
             order: The order, with points.
             current: Where the robot is.
             now: Steady time [s].
-            told: Called with its end, once, perhaps before this returns; must not raise.
+            on_end: Called with its end, once, perhaps before this returns; must not raise.
 
         Raises:
             TrajectoryRefused: It cannot be followed from here; what is followed goes on.
@@ -144,7 +144,7 @@ class Trajectories:
             self._follower.drop("a trajectory came")
             plan.advance(_FIRST_GO)
         stamp = None if order.start_in is None else now + order.start_in
-        motion = Motion(order, plan, told, own_time, join, self._follower.orders, now, stamp)
+        motion = Motion(order, plan, on_end, own_time, join, self._follower.orders, now, stamp)
         self.coming = motion
         self._begin_if_solved(current, now)
         return motion
@@ -195,7 +195,7 @@ class Trajectories:
         if goal.remaining(current) == 0.0 and tolerances.arrived(measured, missing):
             self.running = None
             self._rest_until_joined()
-            motion.told(Ending(ErrorCode.SUCCESS, "", due))
+            motion.on_end(Ending(ErrorCode.SUCCESS, "", due))
             return
         broken = tolerances.broken(due, current.motors, measured, missing)
         if broken is not None:
@@ -286,7 +286,7 @@ class Trajectories:
         running = self.running
         if running is not None and self._follower.goal is not running.goal:
             self.running = None
-            running.told(Ending(ErrorCode.PREEMPTED, newer, self._time(running)))
+            running.on_end(Ending(ErrorCode.PREEMPTED, newer, self._time(running)))
         coming = self.coming
         if coming is not None and self._follower.orders != coming.after:
             self._end_coming(Ending(ErrorCode.PREEMPTED, f"{newer} before it began"))
@@ -335,12 +335,12 @@ class Trajectories:
         replaced, self.running, self.coming = self.running, coming, None
         if replaced is not None:
             newer = Ending(ErrorCode.PREEMPTED, "a newer trajectory came", self._time(replaced))
-            replaced.told(newer)
+            replaced.on_end(newer)
 
     def _end_coming(self, ending: Ending) -> None:
         motion, self.coming = self.coming, None
         if motion is not None:
-            motion.told(ending)
+            motion.on_end(ending)
 
     def _end_running(self, ending: Ending) -> None:
         motion, self.running = self.running, None
@@ -353,7 +353,7 @@ class Trajectories:
                 if self.coming is not None:
                     self.coming.after, self.coming.cut_off = self._follower.orders, True
         finally:  # nobody else will tell
-            motion.told(ending)
+            motion.on_end(ending)
 
     @staticmethod
     def _time(motion: Motion) -> float:

@@ -13,7 +13,7 @@ from std_msgs.msg import Header
 
 from cpr_core.model.assessment import crossed_thresholds
 
-from ..following.supervision import Action, seen
+from ..following.supervision import Action, slowed_where_unseen
 from ..messages.model_error import estimated_error, warned_error
 from ..operation.session import Session
 
@@ -79,7 +79,7 @@ def diagnostic_array(
 def _stability_status(name: str, session: Session, unseen: str) -> DiagnosticStatus:
     """How stable the robot in operation is."""
     outcome = session.present.outcome
-    told = seen(outcome.verdict, unseen)
+    told = slowed_where_unseen(outcome.verdict, unseen)
     crossed = crossed_thresholds(session.follower.settings.thresholds)
     level = _LEVELS[told.action]
     equilibrium = outcome.assessment.equilibrium

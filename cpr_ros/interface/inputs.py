@@ -213,7 +213,8 @@ class Inputs:
         else:
             several = self._several_measure(MEASURED, now)
             if session.tracking is not None:
-                session.tracking.take(motors, now, several * session.others.tolerance)
+                tolerance = session.moved_by_others.tolerance if several else 0.0
+                session.tracking.take(motors, now, tolerance)
             elif session.take_measured(motors, now, several):
                 self._place(motors)
         finally:

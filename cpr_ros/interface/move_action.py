@@ -192,7 +192,7 @@ class MoveAction(LongAction):
     def _feed_back(
         motion: _Motion, session: Session, remaining: float, measured: LoopStatus
     ) -> None:
-        told = session.told(time.monotonic())
+        told = session.verdict(time.monotonic())
         motion.handle.publish_feedback(
             MoveTo.Feedback(
                 remaining=remaining,

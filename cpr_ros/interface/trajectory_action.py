@@ -62,7 +62,7 @@ class _FollowTrajectoryDialect:
             time=seconds_of(points.desired.time_from_start),
             **points._asdict(),
             margin=session.present.outcome.assessment.margin,
-            action=int(session.told(time.monotonic()).action),
+            action=int(session.verdict(time.monotonic()).action),
         )
 
     def result(self, ending: Ending, node: Node, session: Session | None) -> Any:
@@ -94,7 +94,7 @@ class TrajectoryAction(LongAction):
     def _begin(self, handle: ServerGoalHandle) -> None:
         ended = False
 
-        def told(ending: Ending) -> None:
+        def on_end(ending: Ending) -> None:
             nonlocal ended
             ended = True
             self._motions.pop(_key(handle), None)
@@ -103,7 +103,7 @@ class TrajectoryAction(LongAction):
         session, goal = active(self._session()), handle.request
         now = self._node.get_clock().now().to_msg()
         order = trajectory_order(session.robot, goal.trajectory, now, self._dialect.allowed(goal))
-        motion = session.orders.follow_trajectory(order, time.monotonic(), told)
+        motion = session.orders.follow_trajectory(order, time.monotonic(), on_end)
         if motion is not None and not ended:
             self._motions[_key(handle)] = handle, motion
             self._report(True)

@@ -17,7 +17,7 @@ from cpr_core.model.assessment import Assessment, Thresholds
 
 from ..closed_loop.pose_loop import LoopStatus
 from ..following.outcome import Outcome
-from ..following.supervision import Verdict, seen
+from ..following.supervision import Verdict, slowed_where_unseen
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from .analysis import singularity_message, stiffness_message
 from .conversions import Frames
@@ -151,7 +151,9 @@ class StabilityStream:
             or made.loop != ageless
             or made.unseen != unseen
         ):
-            message = _metrics(outcome, seen(outcome.verdict, unseen), thresholds, frames)
+            message = _metrics(
+                outcome, slowed_where_unseen(outcome.verdict, unseen), thresholds, frames
+            )
             message.loop, message.loop_text = int(loop.loop), loop.text
             message.position_error = loop.position_error
             message.rotation_error = loop.rotation_error

@@ -54,8 +54,8 @@ def begin_at(
     session.orders.end(ErrorCode.PREEMPTED, "the robot was found to be elsewhere")
     place = Assessment(equilibrium, session.solver.current.characteristic_length, solve_time)
     session.solver.current = place
-    session.commands.place(motors, said=not session.others.away)
-    session.others.begin()
+    session.commands.place(motors, repeatable=not session.moved_by_others.away)
+    session.moved_by_others.begin()
     session.present.begin(place)
 
 
