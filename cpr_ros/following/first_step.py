@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.model.assessment import Assessment
 
-from .goals import motor_steps
 from .judged_steps import LARGEST_CHANGE
 from .motion_settings import WATCHED, Settings
+from .motor_ways import motor_steps
 from .setpoint_following import SetpointFollower
 from .surroundings import Surroundings
 

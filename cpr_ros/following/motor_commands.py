@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 
-from .goals import largest_way, motor_steps
+from .motor_ways import largest_way, motor_steps
 
 __all__ = ["MotorCommands"]
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.errors import distinct
 
-from .goals import largest_way, motor_steps
+from .motor_ways import largest_way, motor_steps
 from .standstill import RESTING, Standstill
 from .two_places import OFTEN, TwoPlaces, apart_in_words
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 
-from .goals import largest_way
+from .motor_ways import largest_way
 
 __all__ = ["GONE_ON", "RESTING", "Standstill"]
 

@@ -15,10 +15,10 @@ from cpr_core import Robot
 from cpr_core.errors import distinct
 from cpr_core.model.assessment import Assessment
 
-from .goals import motor_steps
 from .measured_motors import MeasuredMotors
 from .motion_settings import ON_WAY_TO_MOTORS
 from .motor_path import MotorPath
+from .motor_ways import motor_steps
 from .outcome import Outcome
 from .setpoint_following import SetpointFollower
 from .supervision import State

@@ -17,8 +17,8 @@ from cpr_core.description.doubted_requests import motors_doubt
 from cpr_core.errors import distinct, rounded_seconds
 
 from ..error_codes import RequestError
-from .goals import motor_steps
 from .motor_path import MotorPath
+from .motor_ways import motor_steps
 
 __all__ = ["TrajectoryOrder", "TrajectoryRefused", "ordered_path"]
 

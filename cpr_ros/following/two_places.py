@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 
-from .goals import largest_way
+from .motor_ways import largest_way
 
 __all__ = ["OFTEN", "TwoPlaces", "apart_in_words"]
 
