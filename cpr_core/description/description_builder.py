@@ -31,7 +31,8 @@ from .joints import JOINTS, Joint
 from .leg_description import LegDescription, described_motors
 from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, UNDRIVEN, Drive, Motor, Welded
-from .plausibility import check_inertia, check_moved, check_positions
+from .plausibility import check_inertia, check_places, check_tolerance, check_ways
+from .plausible_rods import check_slender
 from .robot_description import RobotDescription
 from .tracker import Tracker
 from .written_fields import WrittenFields
@@ -95,7 +96,9 @@ def described_robot(
         written=WrittenFields(content, part.read, text),
     )
     _check_controlled(part, description)
-    check_positions(part, description)
+    check_places(part, description)
+    check_slender(part, description)
+    check_tolerance(part, description)
     check_inertia(part, description)
     return description
 
@@ -256,7 +259,7 @@ def _geared(leg: LegDescription, part: Part) -> LegDescription:
         leg = replace(leg, motor=Welded(), drive=UNDRIVEN, elements=leg.chain)
     for element in leg.chain:
         if element.motor is not None:
-            check_moved(part.part("motor"), element, leg.rod.length)
+            check_ways(part.part("motor"), element, leg.rod.length)
     return leg
 
 
