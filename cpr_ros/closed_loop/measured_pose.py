@@ -23,10 +23,10 @@ Floats = NDArray[np.float64]
 
 #: How many measured poses have to agree after a jump, however often they come.
 _AGREEING = 5
-#: A pose that is not believed is left aside for so long before it is a problem: cameras mistake a
+#: A pose that is not believed is left aside for this time before it is a problem: cameras mistake a
 #: picture or two for something else [s].
 _MOMENT = 0.1
-#: Stamps may be so far ahead of the clock: clocks that are kept together agree better [s].
+#: How far stamps may be ahead of the clock: clocks that are kept together agree better [s].
 _CLOCKS_AGREE = 0.01
 #: How far back jumps are counted [s].
 _LATELY = 10.0

@@ -27,15 +27,17 @@ __all__ = ["FeltWrench", "WrenchSettings"]
 
 Floats = NDArray[np.float64]
 
-#: Longest time that one estimate takes, and how long nothing is looked for after one that failed [s].
-_LONGEST, _REST = 0.02, 0.1
-#: Standard deviation of efforts that nobody named, in natural units.
+#: Longest time of one estimate [s].
+_LONGEST = 0.02
+#: After an estimate that failed none is tried for this time [s].
+_REST = 0.1
+#: Standard deviation of measured efforts, in natural units, where nobody gives one.
 _DEFAULT_PART = 0.01
-#: A pose is of the same time as the motors up to this [s].
+#: A measured pose is used if it is no older or newer than the motors by more than this [s].
 _SAME_TIME = 0.1
-#: Over how long the speed of motors is looked at, at least [s].
+#: Shortest time over which the speed of the motors is measured [s].
 _SPEED_OVER = 0.008
-#: After so long without efforts a wrench is looked for anew [s].
+#: After this time without efforts the last estimate is no start for the next one [s].
 _FORGET = 0.5
 
 

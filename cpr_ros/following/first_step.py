@@ -28,9 +28,9 @@ from .surroundings import Surroundings
 
 __all__ = ["FirstStep"]
 
-#: The robot rests for so long before it looks around: setpoints may follow each other closely [s].
+#: How long the robot rests before it looks around: setpoints may follow each other closely [s].
 _QUIET = 0.02
-#: Between two looks there is time for what comes in between [s].
+#: Time between two looks, for whatever else comes in [s].
 _BREATH = 0.002
 
 

@@ -199,10 +199,10 @@ def _evaluated(piece: Floats, since: float) -> MotorMotion:
     )
 
 
-#: How often a power is in one of a sum: row k, column n is n over k.
+#: Binomial coefficients: row k, column n is n over k.
 _BINOMIALS = tuple(tuple(float(math.comb(n, k)) for n in range(6)) for k in range(6))
-#: Coefficients of Bernstein of a polynomial of degree 4 from those of its powers: between 0 and 1 it is
-#: between the smallest and the largest of them.
+#: From the coefficients of a polynomial of degree 4 to those in the Bernstein basis, which bound it
+#: between 0 and 1: it stays between the smallest and the largest of them.
 _BERNSTEIN = np.array([[math.comb(i, k) / math.comb(4, k) for k in range(5)] for i in range(5)])
 
 

@@ -28,9 +28,10 @@ __all__ = ["MotorTracking"]
 
 Floats = NDArray[np.float64]
 
-#: Longest way in one tick [rad, rod lengths]: stability is looked at in between.
+#: Longest way of a motor in one tick [rad, rod lengths]: what is farther away is tracked over several
+#: ticks, and stability is looked at after each.
 LONGEST_WAY = 0.1
-#: Parts of it that are tried, one after the other: where the robot is soft, smaller steps help.
+#: Parts of that way that are tried one after the other: where the robot is soft, smaller steps help.
 _PARTS = (1.0, 0.25, 0.0625)
 
 

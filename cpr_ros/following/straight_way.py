@@ -41,7 +41,7 @@ __all__ = ["Hindrance", "check_straight_way", "hindrance_on_straight_way"]
 
 Floats = NDArray[np.float64]
 
-#: Measures are looked at this often on the way [rad, rod lengths].
+#: Way between two looks at the measures [rad, rod lengths].
 _LOOK = 0.02
 
 

@@ -29,18 +29,18 @@ from .trajectory_tolerances import TrajectoryTolerances
 
 __all__ = ["Ending", "Motion", "Trajectories"]
 
-#: A trajectory may take so long, waiting for its start included [s].
+#: Longest duration of a trajectory, waiting for its start included [s].
 LONGEST = 600.0
-#: Solving begins at once if nothing moves, and holds up the node for so long at most [s].
+#: If nothing moves, solving begins at once, and holds up the node for this time at most [s].
 _FIRST_GO = 0.015
-#: Part of a tick that solving takes while other things go on.
+#: Part of every tick that solving takes later, while other things go on.
 _SHARE = 0.5
 #: Time it takes to solve a tick, until that is known [s].
 _TICK_WORK = 1e-4
-#: A trajectory is joined when it will be solved, as far as that is known, and so much later.
+#: A trajectory is joined after this many times as long as solving it is expected to take.
 _RESERVE = 1.5
-#: One with a stamp takes the place of an older one so shortly before it is joined [ticks]: more than the
-#: older one goes on in a tick, so that no tick passes the moment by.
+#: How long before it is joined a trajectory with a stamp takes the place of an older one [ticks]:
+#: more than the older one goes on in a tick, so that no tick passes the moment by.
 _BEFORE_JOINED = 3.0
 
 

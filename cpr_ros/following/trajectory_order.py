@@ -24,11 +24,12 @@ __all__ = ["TrajectoryOrder", "TrajectoryRefused", "ordered_path"]
 
 Floats = NDArray[np.float64]
 
-#: A first point that is due at once may be so far from the commands [rad, rod lengths].
+#: How far a first point that is due at once may be from the commands [rad, rod lengths].
 NEAR = 0.01
 #: What rounding may add to a speed, relative.
 _SLACK = 1e-6
-#: Pieces whose largest speeds are looked for at once: one that is too fast ends it.
+#: How many pieces are searched for their largest speeds at a time: the first one that is too fast
+#: ends the search.
 _AT_ONCE = 100
 
 

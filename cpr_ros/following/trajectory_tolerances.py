@@ -27,7 +27,7 @@ __all__ = ["BrokenTolerance", "TrajectoryTolerances"]
 
 Floats = NDArray[np.float64]
 
-#: Ticks that a command may come late.
+#: How late a command may come [ticks].
 _LATE_TICKS = 2.0
 
 
