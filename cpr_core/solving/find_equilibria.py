@@ -218,7 +218,7 @@ def _searched(
     shape = Configuration(state, rotation, position)
     state = with_best_multipliers(robot, forces, shape)
     tolerances = Tolerances(iterations=_STEPS, contraction=1.0)
-    rough = record_of(robot, *shape._replace(state=state))
+    rough = record_of(robot, shape._replace(state=state))
     found = corrected(robot, loads, forces, rough, tolerances)
     return found if found.converged and robot.rods_exist(found.state) else None
 

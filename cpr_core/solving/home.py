@@ -235,14 +235,8 @@ def _from_strain(robot: Robot, guess: HomeGuess) -> Equilibrium:
     """From a shape that is known well: Newton's method keeps to it, stable or not."""
     loads, state = Loads.none(), rough_state(robot, guess)
     rough = Configuration(state, *rough_platforms(robot, guess, state)[0])
-    state = with_best_multipliers(robot, robot.load_arrays(loads), rough)
-    found = refine(
-        robot,
-        loads,
-        *rough._replace(state=state),
-        iterations=200,
-        contraction=1.0,
-    )
+    place = rough._replace(state=with_best_multipliers(robot, robot.load_arrays(loads), rough))
+    found = refine(robot, loads, place, iterations=200, contraction=1.0)
     if found.converged:
         return found
     raise NoForwardSolution(

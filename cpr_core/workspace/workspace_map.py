@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
-from ..model.equilibrium import Equilibrium, described
+from ..model.equilibrium import Equilibrium, equilibrium_at
+from ..model.model_state import Configuration
 from ..model.robot import Robot
 from ..solving.limits import ROUNDING, limits_of
 from ..validation import cached_array, cached_property, checked_count, read_only
@@ -263,11 +264,5 @@ class WorkspaceMap:
 
 def equilibrium_of(robot: Robot, loads: Loads, cells: CellArrays, cell: int) -> Equilibrium:
     """The equilibrium of a cell."""
-    return described(
-        robot,
-        loads,
-        robot.load_arrays(loads),
-        cells.state[cell],
-        cells.rotation[cell],
-        cells.position[cell],
-    )
+    place = Configuration(cells.state[cell], cells.rotation[cell], cells.position[cell])
+    return equilibrium_at(robot, loads, robot.load_arrays(loads), place)
