@@ -27,12 +27,7 @@ from cpr_core import CprError
 from ..following.goals import MotorSetpoint, PoseGoal
 from ..following.trajectory_following import Ending
 from ..messages.command_message import CommandMessage
-from ..messages.conversions import (
-    Frames,
-    check_pose_frame,
-    controlled_pose,
-    with_wrench,
-)
+from ..messages.frames import Frames
 from ..messages.motor_messages import measured_motors, motor_setpoint
 from ..messages.platform_messages import (
     measured_pose,
@@ -41,8 +36,9 @@ from ..messages.platform_messages import (
     platform_twist,
 )
 from ..messages.pose_bytes import read_pose
+from ..messages.pose_messages import check_pose_frame, controlled_pose
 from ..messages.trajectory_messages import trajectory_order
-from ..messages.wrench_messages import whole_pose
+from ..messages.wrench_messages import whole_pose, with_wrench
 from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.publishers import other_publishers, own_topic
 from ..operation.session import Session

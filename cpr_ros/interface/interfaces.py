@@ -17,7 +17,7 @@ from sensor_msgs.msg import JointState
 
 from ..maps.map_action import MapAction
 from ..maps.map_folder import MapFolder
-from ..messages.conversions import Frames
+from ..messages.frames import Frames
 from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.waiting_requests import WaitingRequests
 from ..operation.session import Session

@@ -27,7 +27,7 @@ from cpr_core import CprError, Equilibrium, solve_home
 from cpr_core.drawing.robot_lines import equilibrium_lines
 
 from ..messages.command_message import CommandMessage
-from ..messages.conversions import joint_state, platform_pose
+from ..messages.equilibrium_messages import joint_state, platform_pose
 from ..messages.leg_markers import leg_markers, leg_width
 from ..messages.motor_messages import measured_motors
 from ..messages.platform_messages import measurement_delay

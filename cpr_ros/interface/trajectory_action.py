@@ -21,7 +21,7 @@ from ..error_codes import active, error_code
 from ..following.motor_path import MotorMotion
 from ..following.trajectory_following import Ending, Motion
 from ..following.trajectory_order import TrajectoryRefused
-from ..messages.conversions import Frames
+from ..messages.frames import Frames
 from ..messages.trajectory_messages import (
     AllowedErrors,
     FeedbackPoints,

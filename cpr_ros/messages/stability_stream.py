@@ -20,7 +20,7 @@ from ..following.outcome import Outcome
 from ..following.supervision import Verdict, slowed_where_unseen
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from .analysis import singularity_message, stiffness_message
-from .conversions import Frames
+from .frames import Frames
 from .model_error import estimated_error, warned_error
 
 __all__ = ["Moment", "StabilityStream"]

@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from cpr_core.lie import rotation_from_quaternion
 
-from .conversions import Frames
+from .frames import Frames
 from .geometry import quaternion_of, vector_of
 
 try:

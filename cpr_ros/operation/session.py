@@ -29,7 +29,7 @@ from ..following.setpoint_following import SetpointFollower
 from ..following.supervision import BLIND, Refusal, State, Verdict, slowed_where_unseen
 from ..following.trajectory_following import Trajectories
 from ..following.watchdog import Watchdog
-from ..messages.conversions import Frames
+from ..messages.frames import Frames
 from ..settings.node_settings import LiveParameters, Parameters
 from .applied_solutions import check_applied
 from .kept_state import KnownPlace

@@ -50,17 +50,14 @@ from cpr_ros.messages.analysis import (
     message_matrix,
     singularity_message,
 )
-from cpr_ros.messages.conversions import (
-    Frames,
-    fill_equilibrium,
-    platform_pose,
-    with_wrench,
-)
+from cpr_ros.messages.equilibrium_messages import fill_equilibrium, platform_pose
+from cpr_ros.messages.frames import Frames
 from cpr_ros.messages.geometry import quaternion_of, twist_of, vector_of, wrench_of
 from cpr_ros.messages.model_error import model_error_message
 from cpr_ros.messages.motor_messages import measured_motors, motor_setpoint
 from cpr_ros.messages.stability_stream import Moment, StabilityStream
 from cpr_ros.messages.transforms import transform_of
+from cpr_ros.messages.wrench_messages import with_wrench
 
 FRAMES = Frames("base", "platform")
 

@@ -11,7 +11,7 @@ from helpers.geared_robots import geared
 from helpers.session_bench import ticked
 
 from cpr_core import CprError, solve_forward, solve_home, solve_inverse
-from cpr_ros.messages.conversions import Frames
+from cpr_ros.messages.frames import Frames
 from cpr_ros.operation.kept_state import KnownPlace
 from cpr_ros.operation.session import Session
 from cpr_ros.operation.starting_place import (

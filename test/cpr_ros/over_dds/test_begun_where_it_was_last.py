@@ -19,7 +19,8 @@ from lifecycle_msgs.msg import Transition
 from sensor_msgs.msg import JointState
 
 from cpr_core import load_robot, solve_forward, solve_home, solve_inverse
-from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.messages.equilibrium_messages import fill_equilibrium
+from cpr_ros.messages.frames import Frames
 
 pytestmark = pytest.mark.waits(seconds=40)
 
