@@ -103,7 +103,7 @@ class LinearProblems:
         return body_tangent(self.equilibrium)
 
     def matrices(self, characteristic_length: float | None = None) -> LinearMatrices:
-        """A, P, E, W of Eqs. (42)-(43), dimensionless.
+        """A, P, E, W of Eqs. (42)-(43), dimensionless, by the names a, p, e, w.
 
         Rotations count in radians, lengths in the characteristic length, energies in E J / length, and
         strains in the inverse of that length by their L2 norm along the rod: E is by coordinates that
