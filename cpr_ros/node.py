@@ -25,6 +25,7 @@ from cpr_core.model.assessment import crossed_thresholds
 
 from .following.news import News
 from .following.supervision import Action, below_warnings
+from .interface.diagnostics import NodeHealth
 from .interface.first_measured import MEASURED
 from .interface.interfaces import Interfaces, answer_impossible_transitions
 from .interface.outputs import Outputs, Stream
@@ -399,10 +400,14 @@ class CprNode(LifecycleNode):
         if session is not None and self.outputs.wrench_wanted:
             self._announce(session.felt.announcement(now))
         dropped = self.interfaces.dropped if self.interfaces else None
-        life = self._state_machine.current_state[1]
-        self.outputs.diagnostics(
-            life, session, dropped, late_ticks=self._ticking.late, commanders=commanders
+        health = NodeHealth(
+            life=self._state_machine.current_state[1],
+            dropped=dropped.counts if dropped else {},
+            newly_dropped=dropped.newest() if dropped else {},
+            late_ticks=self._ticking.late,
+            commanders=commanders,
         )
+        self.outputs.diagnostics(health, session)
 
     def _required_session(self) -> Session:
         if self._session is None:

@@ -35,14 +35,13 @@ from ..messages.stability_stream import Moment, StabilityStream
 from ..messages.transforms import Transforms
 from ..messages.urdf import robot_urdf
 from ..messages.wrench_messages import estimated_wrench, measured_efforts, wrench_estimate
-from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.listeners import Listeners
 from ..middleware.other_commanders import OtherCommanders
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from ..operation.session import Session
 from ..process.in_pieces import Work
 from ..settings.node_settings import Parameters
-from .diagnostics import diagnostic_array, wrench_status
+from .diagnostics import NodeHealth, diagnostic_array, wrench_status
 
 __all__ = ["LATCHED", "Outputs", "Stream", "promised"]
 
@@ -287,28 +286,11 @@ class Outputs:
         yield
         self._markers.publish(message)
 
-    def diagnostics(
-        self,
-        life: str,
-        session: Session | None,
-        dropped: DroppedMessages | None,
-        *,
-        late_ticks: int,
-        commanders: str,
-    ) -> None:
-        """Health of the node; arguments as of :func:`diagnostic_array`."""
+    def diagnostics(self, health: NodeHealth, session: Session | None) -> None:
+        """Health of the node, and what its robot is in; arguments as of :func:`diagnostic_array`."""
         name, now = self._node.get_fully_qualified_name(), time.monotonic()
-        array = diagnostic_array(
-            name,
-            life,
-            session,
-            unseen=session.senses.unseen(now) if session else "",
-            dropped=dropped.counts if dropped else {},
-            newly_dropped=dropped.newest() if dropped else {},
-            late_ticks=late_ticks,
-            commanders=commanders,
-            stamp=self._stamp(),
-        )
+        unseen = session.senses.unseen(now) if session else ""
+        array = diagnostic_array(name, health, session, unseen, self._stamp())
         if session is not None and self.wrench_wanted:
             array.status.append(wrench_status(name, session, now))
         self._diagnostics.publish(array)

@@ -43,7 +43,7 @@ from cpr_core.model.platform_coordinates import six_components
 from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.supervision import BLIND, FIELDS, Action, State, Status, Verdict
-from cpr_ros.interface.diagnostics import diagnostic_array
+from cpr_ros.interface.diagnostics import NodeHealth, diagnostic_array
 from cpr_ros.messages.analysis import (
     fill_kinemato_statics,
     fill_stability,
@@ -421,17 +421,8 @@ def diagnosed(drive):
         present=SimpleNamespace(outcome=drive.outcomes[-1]),
         robot=drive.robot,
     )
-    found = diagnostic_array(
-        "node",
-        "active",
-        session,
-        unseen="",
-        dropped={},
-        newly_dropped={},
-        late_ticks=0,
-        commanders="",
-        stamp=Time(),
-    ).status[1]
+    health = NodeHealth("active", {}, {}, late_ticks=0, commanders="")
+    found = diagnostic_array("node", health, session, "", Time()).status[1]
     values = {value.key: value.value for value in found.values}
     return found.level, values["model error"]
 
