@@ -27,10 +27,11 @@ from .following.news import News
 from .following.supervision import Action, below_warnings
 from .interface.diagnostics import NodeHealth
 from .interface.first_measured import MEASURED
-from .interface.interfaces import Interfaces, answer_impossible_transitions
+from .interface.interfaces import Interfaces
 from .interface.outputs import Outputs, Stream
 from .maps.map_folder import MapFolder
 from .messages.transforms import Transforms
+from .middleware.impossible_transitions import answer_impossible_transitions
 from .middleware.late_clients import LateClients
 from .middleware.publishers import other_publishers
 from .middleware.waiting_requests import WaitingRequests

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
@@ -27,7 +26,7 @@ from .move_action import MoveAction
 from .requests import Requests
 from .trajectory_action import trajectory_actions
 
-__all__ = ["Interfaces", "answer_impossible_transitions"]
+__all__ = ["Interfaces"]
 
 
 class Interfaces:
@@ -97,19 +96,3 @@ class Interfaces:
         self._moves.close()
         for action in self._trajectories:
             action.close()
-
-
-def answer_impossible_transitions(node: LifecycleNode) -> None:
-    """A transition that is not possible now is answered with no; rclpy raises, and never answers."""
-    service = node._service_change_state
-    change = service.callback
-
-    def callback(request: Any, response: Any) -> Any:
-        try:
-            return change(request, response)
-        except Exception as error:
-            node.get_logger().warning(f"change_state: {error}")
-            response.success = False
-            return response
-
-    service.callback = callback
