@@ -82,21 +82,22 @@ class CprNode(LifecycleNode):
         problem = live_problem(self._live({}))
         if problem:
             raise CprError(problem)
-        self.problem, self._started = "", time.monotonic()
+        self.problem = ""  # why the last transition failed
+        self._started = time.monotonic()
         self._stop = stop
         self._whereabouts: Whereabouts | None = None
-        self._active, self._looked_past = False, False
+        self._active, self._frozen = False, False
         self._streams, self._health = Periodic(), Periodic()
         self._late_clients = LateClients(self, time.monotonic)
         self._waiting = WaitingRequests(time.monotonic)
-        self._asked = Action.NONE  # by the last tick
+        self._last_action = Action.NONE  # that a supervisor was told
         self._ticking = Ticking(
             1.0 / self.parameters.tick_rate,
             self._tick,
             lambda: self._required_session().at_rest and self._announcements.at_rest,
         )
         self._telling = InPieces(self._ticking)
-        self._be_with(None)
+        self._operate(None)
         self._giving_way = GivingWay(_MOST_OF_TICK / self.parameters.tick_rate)
         prefix, names = self.parameters.frame_prefix, self.parameters.frames
         self.transforms = Transforms(self, *(prefix + name for name in names))
@@ -144,10 +145,10 @@ class CprNode(LifecycleNode):
         """The robot in operation; None while the node is not active."""
         return self._session if self._active else None
 
-    def _be_with(self, session: Session | None) -> None:
-        """Have this robot, or none."""
+    def _operate(self, session: Session | None) -> None:
+        """Have this robot in operation, or none."""
         self._session = session
-        looking = () if session is None else (BetweenTicks(session, lambda: self._ticking.resting),)
+        between = () if session is None else (BetweenTicks(session, lambda: self._ticking.resting),)
         self._parts = Parts(
             (
                 self._ticking,
@@ -155,7 +156,7 @@ class CprNode(LifecycleNode):
                 self._health,
                 self._late_clients,
                 self._waiting,
-                *looking,
+                *between,
                 self._telling,
             ),
             self.log_exception,
@@ -263,18 +264,21 @@ class CprNode(LifecycleNode):
         start, tracked = session.solver.current, session.tracking is not None
         for line in below_warnings(start, live.settings.thresholds, tracked=tracked):
             logger.warning(line)
-        self._be_with(session)
+        self._operate(session)
         self._listen()
-        self._look_past_what_stays()
+        self._freeze_what_stays()
         logger.info("configured")
 
-    def _look_past_what_stays(self) -> None:
-        """Python's collector would look at it all now and then, for 0.1 s in which nothing ticks."""
-        if self._looked_past:  # robots of before do not stay
+    def _freeze_what_stays(self) -> None:
+        """Keep it from Python's collector, which would look at it all now and then, for 0.1 s.
+
+        Nothing ticks meanwhile.
+        """
+        if self._frozen:  # robots of before do not stay
             gc.unfreeze()
         gc.collect()
         gc.freeze()
-        self._looked_past = True
+        self._frozen = True
 
     def _activate(self) -> None:
         session = self._required_session()
@@ -286,7 +290,7 @@ class CprNode(LifecycleNode):
             self.interfaces.forget_messages()  # setpoints that came while it looked
         self._active = True
         now = time.monotonic()
-        self._asked = session.verdict(now).action
+        self._last_action = session.verdict(now).action
         self._ticking.start(now)
         self._streams.begin(now)
         for stream in self.outputs.streams:
@@ -308,7 +312,7 @@ class CprNode(LifecycleNode):
         self._deactivate()
         if self.interfaces is not None:
             self.interfaces.stop_maps()
-        self._be_with(None)
+        self._operate(None)
         self._lose_whereabouts()
 
     def _lose_whereabouts(self) -> None:
@@ -357,8 +361,8 @@ class CprNode(LifecycleNode):
         self._announce(self._announcements.after_tick(outcome, now))
         if outcome.moved:
             self.outputs.step(session, now)
-        asked, self._asked = self._asked, session.verdict(now).action
-        if self._asked != asked and self.outputs.stability.wanted(now):
+        before, self._last_action = self._last_action, session.verdict(now).action
+        if self._last_action != before and self.outputs.stability.wanted(now):
             self._tell(self.outputs.stability, session)  # out of turn: a supervisor does not wait
         if outcome.home_missed:
             self.get_logger().error(

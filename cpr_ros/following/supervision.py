@@ -134,7 +134,7 @@ class Verdict:
 
 
 def slowed_where_unseen(told: Verdict, unseen: str) -> Verdict:
-    """What is told of a robot that is to be measured and is not: at least to be slow.
+    """What is told of a robot that is to be measured and is not: to be slow at least.
 
     Args:
         told: Of what the model knows.

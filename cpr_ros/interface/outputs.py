@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Publishers of the node."""
+"""Everything the node publishes, and how often."""
 
 from __future__ import annotations
 

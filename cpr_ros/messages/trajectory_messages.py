@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Timed trajectories as messages."""
+"""Timed trajectories from messages, checked, and points of them as messages."""
 
 from __future__ import annotations
 

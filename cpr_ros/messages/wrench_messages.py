@@ -78,7 +78,7 @@ def measured_efforts(robot: Robot, message: JointState) -> Floats:
 
 
 def whole_pose(message: PoseStamped) -> Floats:
-    """X y z qw qx qy qz of a pose in the base frame, (7,) [m].
+    """A pose in the base frame as x y z [m], qw qx qy qz, (7,).
 
     Raises:
         InvalidQuaternion: No rotation.
