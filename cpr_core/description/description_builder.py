@@ -41,13 +41,13 @@ __all__ = ["described_robot"]
 
 Floats = NDArray[np.float64]
 
-#: What columns of measurements that are about a motor begin with, before its name.
+#: How columns of measurements begin that are about a motor; its name follows.
 _COLUMNS_OF_MOTORS = ("motor:", "effort:")
-#: Characters that end a name in a message of ROS, or that XML, and so URDF, does not have.
+#: Characters that would end a name in a message of ROS, or that XML, and so URDF, does not know.
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 #: Cosine beyond which an axis along the tangent no longer tells a direction across it.
 _ALONG = 0.9
-#: What rounding in a file may do to an inertia.
+#: Relative error of an inertia that rounding in a file may make.
 _ROUNDED = 1e-3
 
 

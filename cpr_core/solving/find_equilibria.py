@@ -39,7 +39,7 @@ Integers = NDArray[np.int64]
 _MOST_STARTS = 1_000_000
 #: Bending of random starts: smallest and largest standard deviation of the curvature times the length.
 _BENDING = (0.3, 3.0)
-#: Newton steps of one start.
+#: Most Newton steps from one random start.
 _STEPS = 60
 
 

@@ -42,7 +42,7 @@ _ROUGH = 0.5
 #: Angle from the rough orientation to the home found that is no roughness any more, and angle by which
 #: nobody mounts a rod wound [rad].
 _ROUGH_TURN, _WOUND = 0.5, 1.0
-#: Position of a motor, in its units, beyond which rounding hides where the motor is.
+#: Position of a motor, in its units, beyond which rounding hides where it is.
 _COUNTED = 1e9
 #: What turns a rod about itself, or a platform, where a description has it wrong.
 _DIRECTIONS = "tangent, normal, axis and axis_in_rod from bases to tips"
