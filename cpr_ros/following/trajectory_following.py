@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
@@ -23,11 +23,12 @@ from .outcome import Outcome
 from .setpoint_following import SetpointFollower
 from .supervision import State
 from .trajectory_goal import TrajectoryGoal
+from .trajectory_motion import Ending, Motion
 from .trajectory_order import TrajectoryOrder, TrajectoryRefused, ordered_path
 from .trajectory_plan import TrajectoryPlan
 from .trajectory_tolerances import TrajectoryTolerances
 
-__all__ = ["Ending", "Motion", "Trajectories"]
+__all__ = ["Trajectories"]
 
 #: Longest duration of a trajectory, waiting for its start included [s].
 LONGEST = 600.0
@@ -42,52 +43,6 @@ _RESERVE = 1.5
 #: How long before it is joined a trajectory with a stamp takes the place of an older one [ticks]:
 #: more than the older one goes on in a tick, so that no tick passes the moment by.
 _BEFORE_JOINED = 3.0
-
-
-@dataclass(frozen=True)
-class Ending:
-    """How a trajectory ended.
-
-    Attributes:
-        val: Number of cpr_msgs/ErrorCode.
-        message: For a person; empty with SUCCESS.
-        time: When, since its start [s].
-        measure: What stood against it.
-    """
-
-    val: int
-    message: str = ""
-    time: float = 0.0
-    measure: str = ""
-
-
-@dataclass(eq=False)
-class Motion:
-    """A trajectory from its order to its end.
-
-    Attributes:
-        order: What was ordered.
-        plan: Its path, and equilibria along it.
-        on_end: Called with its end, once.
-        own_time: Where on its path it would be now, in its own time, before it has begun.
-        join: Until then, in its own time, the path is what the motors did before [s].
-        after: How many orders the follower had had when it came; more of them are newer.
-        since: When solving its plan began, steady time [s].
-        stamp: When its own time is zero, steady time [s]; None: as soon as it is solved.
-        goal: What the follower follows; None: it has not begun.
-        cut_off: Whether the one it was to go on from has ended early.
-    """
-
-    order: TrajectoryOrder
-    plan: TrajectoryPlan
-    on_end: Callable[[Ending], None]
-    own_time: Callable[[float], float]
-    join: float
-    after: int
-    since: float
-    stamp: float | None
-    goal: TrajectoryGoal | None = None
-    cut_off: bool = False
 
 
 class Trajectories:
@@ -151,7 +106,7 @@ class Trajectories:
 
     def cancel(self, motion: Motion) -> None:
         """End one; the robot holds."""
-        cancelled = Ending(ErrorCode.PREEMPTED, "the trajectory was cancelled", self._time(motion))
+        cancelled = Ending(ErrorCode.PREEMPTED, "the trajectory was cancelled", motion.time)
         if motion is self.coming:
             self._end_coming(cancelled)
         elif motion is self.running:
@@ -162,7 +117,7 @@ class Trajectories:
         if self.coming is not None:
             self._end_coming(Ending(val, reason))
         if self.running is not None:
-            self._end_running(Ending(val, reason, self._time(self.running)))
+            self._end_running(Ending(val, reason, self.running.time))
 
     def before_tick(self, current: Assessment, now: float) -> None:
         """Go on solving, and begin what is solved."""
@@ -286,7 +241,7 @@ class Trajectories:
         running = self.running
         if running is not None and self._follower.goal is not running.goal:
             self.running = None
-            running.on_end(Ending(ErrorCode.PREEMPTED, newer, self._time(running)))
+            running.on_end(Ending(ErrorCode.PREEMPTED, newer, running.time))
         coming = self.coming
         if coming is not None and self._follower.orders != coming.after:
             self._end_coming(Ending(ErrorCode.PREEMPTED, f"{newer} before it began"))
@@ -334,7 +289,7 @@ class Trajectories:
         self._follower.follow(coming.goal, now, ages=False)  # all of it has come already
         replaced, self.running, self.coming = self.running, coming, None
         if replaced is not None:
-            newer = Ending(ErrorCode.PREEMPTED, "a newer trajectory came", self._time(replaced))
+            newer = Ending(ErrorCode.PREEMPTED, "a newer trajectory came", replaced.time)
             replaced.on_end(newer)
 
     def _end_coming(self, ending: Ending) -> None:
@@ -354,7 +309,3 @@ class Trajectories:
                     self.coming.after, self.coming.cut_off = self._follower.orders, True
         finally:  # nobody else will tell
             motion.on_end(ending)
-
-    @staticmethod
-    def _time(motion: Motion) -> float:
-        return 0.0 if motion.goal is None else motion.goal.time

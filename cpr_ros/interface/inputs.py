@@ -25,7 +25,7 @@ from trajectory_msgs.msg import JointTrajectory
 from cpr_core import CprError
 
 from ..following.goals import MotorSetpoint, PoseGoal
-from ..following.trajectory_following import Ending
+from ..following.trajectory_motion import Ending
 from ..messages.command_message import CommandMessage
 from ..messages.frames import Frames
 from ..messages.motor_messages import measured_motors, motor_setpoint

@@ -14,7 +14,7 @@ from rclpy.node import Node
 
 from cpr_core import InvalidRequest
 
-from ..following.trajectory_following import Ending
+from ..following.trajectory_motion import Ending
 from ..messages.trajectory_messages import AllowedErrors, FeedbackPoints, seconds_of
 from ..operation.session import Session
 

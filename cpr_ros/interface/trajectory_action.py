@@ -19,7 +19,7 @@ from std_msgs.msg import Header
 
 from ..error_codes import active, error_code
 from ..following.motor_path import MotorMotion
-from ..following.trajectory_following import Ending, Motion
+from ..following.trajectory_motion import Ending, Motion
 from ..following.trajectory_order import TrajectoryRefused
 from ..messages.frames import Frames
 from ..messages.trajectory_messages import (

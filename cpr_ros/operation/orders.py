@@ -19,7 +19,8 @@ from ..error_codes import RequestError
 from ..following.goals import Goal, MotorGoal, PoseGoal
 from ..following.setpoint_following import SetpointFollower
 from ..following.supervision import State
-from ..following.trajectory_following import Ending, Motion, Trajectories
+from ..following.trajectory_following import Trajectories
+from ..following.trajectory_motion import Ending, Motion
 from ..following.trajectory_order import TrajectoryOrder
 from .outgoing import Outgoing
 from .present import Present

@@ -14,7 +14,7 @@ from helpers.drive import robot
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory
 
 from cpr_core import InvalidRequest, NonFiniteInput
-from cpr_ros.following.trajectory_following import Ending
+from cpr_ros.following.trajectory_motion import Ending
 from cpr_ros.interface.joint_trajectory_action import (
     FollowJointTrajectoryDialect,
     joint_error_code,
