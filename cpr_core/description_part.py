@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as attribute
@@ -14,7 +15,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import DescriptionError
+from .errors import DescriptionError, DescriptionWarning
 
 __all__ = ["EXACTLY_ACROSS", "Described", "Part", "Vector", "field", "triple"]
 
@@ -49,6 +50,11 @@ class Part:
     def fail(self, name: str, problem: str) -> DescriptionError:
         """The error of a field, or of the whole part where it has no name; to be raised."""
         return DescriptionError(self.source, self.path_of(name), problem)
+
+    def warn(self, name: str, problem: str) -> None:
+        """Warn of a field, or of the whole part where it has no name."""
+        text = f"{self.source}: {self.path_of(name)}: {problem}"
+        warnings.warn(text, DescriptionWarning, stacklevel=2)
 
     def path_of(self, name: str) -> str:
         """Path of a field in the whole description."""

@@ -25,7 +25,7 @@ from tqdm import tqdm
 
 from cpr_core import CprError, load_robot
 
-from .messages.conversions import equilibrium_from_message
+from .messages.equilibrium_messages import equilibrium_from_message
 from .messages.geometry import vector_of
 from .process.own_domain import enter_own_domain
 

@@ -23,12 +23,15 @@ from sensor_msgs.msg import JointState
 from cpr_core import CprError, load_robot
 from cpr_core.model.assessment import crossed_thresholds
 
+from .following.news import News
 from .following.supervision import Action, below_warnings
+from .interface.diagnostics import NodeHealth
 from .interface.first_measured import MEASURED
-from .interface.interfaces import Interfaces, answer_impossible_transitions
+from .interface.interfaces import Interfaces
 from .interface.outputs import Outputs, Stream
 from .maps.map_folder import MapFolder
 from .messages.transforms import Transforms
+from .middleware.impossible_transitions import answer_impossible_transitions
 from .middleware.late_clients import LateClients
 from .middleware.publishers import other_publishers
 from .middleware.waiting_requests import WaitingRequests
@@ -79,21 +82,22 @@ class CprNode(LifecycleNode):
         problem = live_problem(self._live({}))
         if problem:
             raise CprError(problem)
-        self.problem, self._started = "", time.monotonic()
+        self.problem = ""  # why the last transition failed
+        self._started = time.monotonic()
         self._stop = stop
         self._whereabouts: Whereabouts | None = None
-        self._active, self._looked_past = False, False
+        self._active, self._frozen = False, False
         self._streams, self._health = Periodic(), Periodic()
         self._late_clients = LateClients(self, time.monotonic)
         self._waiting = WaitingRequests(time.monotonic)
-        self._asked = Action.NONE  # by the last tick
+        self._last_action = Action.NONE  # that a supervisor was told
         self._ticking = Ticking(
             1.0 / self.parameters.tick_rate,
             self._tick,
             lambda: self._required_session().at_rest and self._announcements.at_rest,
         )
         self._telling = InPieces(self._ticking)
-        self._be_with(None)
+        self._operate(None)
         self._giving_way = GivingWay(_MOST_OF_TICK / self.parameters.tick_rate)
         prefix, names = self.parameters.frame_prefix, self.parameters.frames
         self.transforms = Transforms(self, *(prefix + name for name in names))
@@ -141,10 +145,10 @@ class CprNode(LifecycleNode):
         """The robot in operation; None while the node is not active."""
         return self._session if self._active else None
 
-    def _be_with(self, session: Session | None) -> None:
-        """Have this robot, or none."""
+    def _operate(self, session: Session | None) -> None:
+        """Have this robot in operation, or none."""
         self._session = session
-        looking = () if session is None else (BetweenTicks(session, lambda: self._ticking.resting),)
+        between = () if session is None else (BetweenTicks(session, lambda: self._ticking.resting),)
         self._parts = Parts(
             (
                 self._ticking,
@@ -152,7 +156,7 @@ class CprNode(LifecycleNode):
                 self._health,
                 self._late_clients,
                 self._waiting,
-                *looking,
+                *between,
                 self._telling,
             ),
             self.log_exception,
@@ -186,7 +190,7 @@ class CprNode(LifecycleNode):
         return self._transition(
             self._deactivate,
             lambda: super(CprNode, self).on_deactivate(state),
-            lambda: self._announce("", "inactive: holds and is silent"),
+            lambda: self._announce(News(information="inactive: holds and is silent")),
         )
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -194,7 +198,7 @@ class CprNode(LifecycleNode):
         return self._transition(
             self._forget,
             lambda: super(CprNode, self).on_cleanup(state),
-            lambda: self._announce("", "cleaned up: the robot is forgotten"),
+            lambda: self._announce(News(information="cleaned up: the robot is forgotten")),
         )
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -202,7 +206,7 @@ class CprNode(LifecycleNode):
         return self._transition(
             self._forget,
             lambda: super(CprNode, self).on_shutdown(state),
-            lambda: self._announce("", "shut down"),
+            lambda: self._announce(News(information="shut down")),
         )
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -260,18 +264,21 @@ class CprNode(LifecycleNode):
         start, tracked = session.solver.current, session.tracking is not None
         for line in below_warnings(start, live.settings.thresholds, tracked=tracked):
             logger.warning(line)
-        self._be_with(session)
+        self._operate(session)
         self._listen()
-        self._look_past_what_stays()
+        self._freeze_what_stays()
         logger.info("configured")
 
-    def _look_past_what_stays(self) -> None:
-        """Python's collector would look at it all now and then, for 0.1 s in which nothing ticks."""
-        if self._looked_past:  # robots of before do not stay
+    def _freeze_what_stays(self) -> None:
+        """Keep it from Python's collector, which would look at it all now and then, for 0.1 s.
+
+        Nothing ticks meanwhile.
+        """
+        if self._frozen:  # robots of before do not stay
             gc.unfreeze()
         gc.collect()
         gc.freeze()
-        self._looked_past = True
+        self._frozen = True
 
     def _activate(self) -> None:
         session = self._required_session()
@@ -283,7 +290,7 @@ class CprNode(LifecycleNode):
             self.interfaces.forget_messages()  # setpoints that came while it looked
         self._active = True
         now = time.monotonic()
-        self._asked = session.told(now).action
+        self._last_action = session.verdict(now).action
         self._ticking.start(now)
         self._streams.begin(now)
         for stream in self.outputs.streams:
@@ -305,7 +312,7 @@ class CprNode(LifecycleNode):
         self._deactivate()
         if self.interfaces is not None:
             self.interfaces.stop_maps()
-        self._be_with(None)
+        self._operate(None)
         self._lose_whereabouts()
 
     def _lose_whereabouts(self) -> None:
@@ -330,7 +337,7 @@ class CprNode(LifecycleNode):
         try:
             self.get_logger().info(self._whereabouts.place(motors))
             if other_publishers(self, MEASURED) > 1:
-                self._required_session().others.prove(time.monotonic())
+                self._required_session().moved_by_others.prove(time.monotonic())
         except Stopped:
             return
         except CprError as error:
@@ -346,16 +353,16 @@ class CprNode(LifecycleNode):
         """Tell what pushes on the platform, where measured motors say so and somebody asks."""
         if self.outputs.wrench_wanted:
             self.outputs.felt_wrench(session, message, now)
-            self._announce(*session.felt.announcement(now))
+            self._announce(session.felt.announcement(now))
 
     def _tick(self, now: float) -> None:
         session = self._required_session()
         outcome = session.tick(now, self._command, self._keep)
-        self._announce(*self._announcements.after_tick(outcome, now))
+        self._announce(self._announcements.after_tick(outcome, now))
         if outcome.moved:
             self.outputs.step(session, now)
-        asked, self._asked = self._asked, session.told(now).action
-        if self._asked != asked and self.outputs.stability.wanted(now):
+        before, self._last_action = self._last_action, session.verdict(now).action
+        if self._last_action != before and self.outputs.stability.wanted(now):
             self._tell(self.outputs.stability, session)  # out of turn: a supervisor does not wait
         if outcome.home_missed:
             self.get_logger().error(
@@ -374,11 +381,11 @@ class CprNode(LifecycleNode):
         if self._whereabouts is not None:
             self._whereabouts.keep()
 
-    def _announce(self, warning: str, information: str) -> None:
-        if warning:
-            self.get_logger().warning(warning)
-        if information:
-            self.get_logger().info(information)
+    def _announce(self, news: News) -> None:
+        if news.warning:
+            self.get_logger().warning(news.warning)
+        if news.information:
+            self.get_logger().info(news.information)
 
     def _tell(self, stream: Stream, session: Session) -> None:
         """Tell what is due of a stream, or begin to."""
@@ -388,18 +395,24 @@ class CprNode(LifecycleNode):
 
     def _publish_diagnostics(self) -> None:
         session, now = self.active_session(), time.monotonic()
-        others = ""
+        commanders = ""
         if session is not None:
-            others = self.outputs.other_commanders.look(now)
+            commanders = self.outputs.other_commanders.look(now)
             unmeasured, again = session.senses.missing_motors(now), session.senses.motors_again(now)
-            self._announce(*self._announcements.of_motors(unmeasured, again=again))
-            self._announce(*self._announcements.of_wrench(session.senses.missing_wrench(now)))
-            self._announce(*self._announcements.of_commanders(others))
+            self._announce(self._announcements.of_motors(unmeasured, again=again))
+            self._announce(self._announcements.of_wrench(session.senses.missing_wrench(now)))
+            self._announce(self._announcements.of_commanders(commanders))
         if session is not None and self.outputs.wrench_wanted:
-            self._announce(*session.felt.announcement(now))
+            self._announce(session.felt.announcement(now))
         dropped = self.interfaces.dropped if self.interfaces else None
-        life = self._state_machine.current_state[1]
-        self.outputs.diagnostics(life, session, dropped, self._ticking.late, others)
+        health = NodeHealth(
+            life=self._state_machine.current_state[1],
+            dropped=dropped.counts if dropped else {},
+            newly_dropped=dropped.newest() if dropped else {},
+            late_ticks=self._ticking.late,
+            commanders=commanders,
+        )
+        self.outputs.diagnostics(health, session)
 
     def _required_session(self) -> Session:
         if self._session is None:

@@ -14,7 +14,8 @@ from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from cpr_core import estimate_wrench, solve_forward, solve_forward_by_effort, solve_inverse
 from cpr_core.drawing.robot_lines import equilibrium_lines
 
-from .messages.conversions import Frames, fill_equilibrium
+from .messages.equilibrium_messages import fill_equilibrium
+from .messages.frames import Frames
 from .messages.stability_stream import Moment, StabilityStream
 from .operation.session import Session
 

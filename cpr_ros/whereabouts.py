@@ -1,14 +1,12 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where the robot is when the node begins to move it, and how that is remembered."""
+"""Where the robot is when the node begins to move it: at home, where it was last, or measured."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +16,8 @@ from cpr_core import CprError, Equilibrium
 
 from .interface.first_measured import MEASURED, first_measured
 from .middleware.publishers import other_publishers
-from .operation.kept_state import KeptState, state_folder
-from .operation.locked_file import link_to_nowhere
+from .operation.kept_state import state_folder
+from .operation.place_memory import PlaceMemory
 from .operation.session import Session
 from .operation.starting_place import (
     begin_at_commands,
@@ -33,33 +31,10 @@ from .settings.node_settings import Parameters
 
 __all__ = ["Whereabouts"]
 
-#: An equilibrium, and where its motors were sent or measured, (n,); None: not there.
-_Place = tuple[Equilibrium, NDArray[np.float64] | None]
-
 #: How long a message with measured motors is waited for when the node becomes active [s].
 _MEASURED_WAIT = 5.0
-#: A file that is removed is mended by the node that has it before it was looked for so often.
-_MENDED = 4
 #: How long after the start of the node others may take to be discovered [s].
 _DISCOVERY = 1.5
-
-
-class _Since(NamedTuple):
-    """A moment, told by what was in a file then: clocks are set, and disks have their own.
-
-    Attributes:
-        time: System time [s].
-        seen: Whether it could be looked when the file was written last.
-        written: When (system time of its disk); None: it was not there.
-    """
-
-    time: float
-    seen: bool
-    written: float | None
-
-    def before(self, written: float) -> bool:
-        """Whether it was before the file was written last, by the time of its disk [s]."""
-        return written != self.written if self.seen else written > self.time
 
 
 class Whereabouts:
@@ -73,7 +48,7 @@ class Whereabouts:
         stop: StopSignal,
         started: float,
     ) -> None:
-        """Open the file of the last state; where there can be none the node goes on, and says so.
+        """Open the file of the last state.
 
         One that is there and cannot be read knows where the robot is: then it has to be measured.
 
@@ -90,36 +65,12 @@ class Whereabouts:
         #: placed or moved.
         self._home_ahead, self._looked = parameters.start_from == "home", False
         self._discovered = started + _DISCOVERY
-        #: Why the robot can only be where it is measured; empty if it can be elsewhere.
-        self._lost = ""
-        self._kept: KeptState | None = None
-        self._newest: _Place | None = None
-        #: How often in a row the file was not there.
-        self._missing = 0
-        #: Since when a place is known that is in no file; None: there is none.
-        self._unkept_since: _Since | None = None
-        folder = state_folder(parameters.state_directory)
         name = node.get_fully_qualified_name().strip("/").replace("/", ".")
-        self._file = folder / f"{name}.{node.context.get_domain_id()}.state"
-        #: Whether it was said that nothing can be kept, which is so since.
-        self._failing = False
-        try:
-            self._kept = KeptState(self._file, session.robot)
-        except OSError as error:
-            self._warn(
-                f"where the robot is will not be kept in {self._file}: {error}; that is tried again "
-                "every second"
-            )
-            if self._from != "home" and _may_be_there(self._file):
-                self._lost = f"the last state cannot be read ({error})"
-            return
-        if self._kept.damage and self._from != "home":
-            self._lost = f"the last state is not used: {self._kept.damage}"
-        if said := self._kept.damage or self._kept.problem:
-            self._warn(f"the last state is not used: {said}")
-
-    def _warn(self, text: str) -> None:
-        self._node.get_logger().warning(text)
+        file = f"{name}.{node.context.get_domain_id()}.state"
+        folder = state_folder(parameters.state_directory)
+        self._memory = PlaceMemory(folder / file, session.robot, node.get_logger())
+        #: Why the robot can only be where it is measured; empty if it can be elsewhere.
+        self._lost = "" if self._from == "home" else self._memory.lost
 
     def begin(self) -> str:
         """Put the robot at home or where it was last; says what was done.
@@ -134,21 +85,21 @@ class Whereabouts:
             return "tracking begins at home"
         if self._from != "home":
             try:
-                last = None if self._kept is None or self._lost else self._kept.last()
+                last = None if self._lost else self._memory.last()
                 if last is not None:
                     return begin_at_last(self._session, last)
-                before = None if self._kept is None else self._kept.commands_before
+                before = self._memory.commands_before
                 if before is not None:
                     return self._begin_where_commanded(before)
             except CprError as error:
                 if self._from == "last":
                     raise
                 self._lost = f"the last state is not used: {error}"
-                self._warn(self._lost)
+                self._node.get_logger().warning(self._lost)
         if self._from == "last":
             why = self._lost or "where the robot was last is not known"
             raise CprError(f"start_from: expected another place, {why}")
-        last_commands = None if self._kept is None else self._kept.last_commands()
+        last_commands = self._memory.last_commands()
         if self._from == "home":
             stood = self._last_equilibrium()
             said = begin_on_way_home(self._session, last_commands, last=stood)
@@ -159,7 +110,7 @@ class Whereabouts:
     def _last_equilibrium(self) -> Equilibrium | None:
         """Where the robot was last, if that is known and an equilibrium."""
         try:
-            last = None if self._kept is None else self._kept.last()
+            last = self._memory.last()
         except CprError:
             return None
         return None if last is None else last.equilibrium
@@ -175,7 +126,7 @@ class Whereabouts:
         if np.isnan(commands).any():
             raise CprError("under another description the motors had left their last equilibrium")
         said = self._stop.wait_for(lambda: begin_at_commands(self._session, commands))
-        self._newest = self._session.known_place
+        self._memory.pass_over(self._session.known_place)
         return said
 
     def look(self) -> None:
@@ -209,7 +160,7 @@ class Whereabouts:
             self._session.robot,
             _MEASURED_WAIT,
             lambda: self._stop.requested,
-            self._session.others.tolerance,
+            self._session.moved_by_others.tolerance,
         )
         if motors is not None:
             self._node.get_logger().info(self.place(motors))
@@ -262,116 +213,13 @@ class Whereabouts:
             time.sleep(0.02)
 
     def keep(self) -> None:
-        """Remember where the robot is now, if that is not what was remembered last.
-
-        Also what no motion led to: an applied solution may have the motors of the last commands. Where
-        it cannot be kept the robot goes on, and that is said once.
-        """
-        place = self._session.known_place
-        if place is None:
-            return
-        if self._newest is None or not _same(place, self._newest):
-            self._newest = place
-            if self._kept is None:
-                self._unkept_since = _now(self._file)
-                return
-            try:
-                self._kept.keep(*place)
-            except OSError as error:
-                self._fail(error)
+        """Remember where the robot is now, also what no motion led to: a solution may be applied."""
+        self._memory.keep(self._session.known_place)
 
     def look_after_file(self) -> None:
-        """Mend what others did to the file and what could not be written; about once a second."""
-        if self._kept is None:
-            if self._unkept_since is not None and self._session.known_place is not None:
-                self._open_later(self._unkept_since)
-            return
-        try:
-            mended = self._kept.mend()
-        except OSError as error:
-            self._fail(error)
-            return
-        if mended:
-            self._warn(
-                f"{self._file} was not as this node left it (removed or changed?); it is made anew"
-            )
-        self._failing = False
-
-    def _open_later(self, since: _Since) -> None:
-        """Try what failed at the start, for a place that is known since then.
-
-        A file of another robot or description is left alone, and so is one that was written later. One
-        that is not there may have been removed under a node that is about to mend it.
-        """
-        try:
-            before = _last_written(self._file)
-            self._missing = self._missing + 1 if before is None else 0
-            if 0 < self._missing < _MENDED:
-                return
-            kept = KeptState(self._file, self._session.robot)
-        except OSError:
-            return
-        later = before is not None and since.before(before) and not kept.empty
-        if kept.problem or kept.damage or later:
-            kept.close()
-            if later:
-                self._unkept_since = None  # whoever wrote it knows better
-            return
-        self._kept, self._newest, self._unkept_since = kept, None, None
-        self.keep()
-        if not self._failing:
-            self._node.get_logger().info(f"where the robot is is kept in {self._file} from now on")
-
-    def _fail(self, error: OSError) -> None:
-        if not self._failing:
-            self._warn(
-                f"where the robot is cannot be kept in {self._file}: {error}; unless that ends, the "
-                "robot has to be measured when the node starts again"
-            )
-        self._failing = True
+        """See that what is remembered is in the file; about once a second."""
+        self._memory.look_after_file(self._session.known_place)
 
     def close(self) -> None:
         """Let the file go."""
-        if self._kept is not None:
-            self._kept.close()
-
-
-def _now(file: Path) -> _Since:
-    """Now, as far as what is written to a file is concerned."""
-    try:
-        return _Since(time.time(), True, _last_written(file))
-    except OSError:
-        return _Since(time.time(), False, None)
-
-
-def _last_written(file: Path) -> float | None:
-    """When a file was written last (system time); None: it is not there.
-
-    Raises:
-        OSError: That cannot be known.
-    """
-    try:
-        return file.stat().st_mtime
-    except FileNotFoundError:
-        return None
-
-
-def _same(place: _Place, other: _Place) -> bool:
-    """Whether two places are one."""
-    motors, others = place[1], other[1]
-    if place[0] is not other[0] or (motors is None) != (others is None):
-        return False
-    return motors is others or np.array_equal(motors, others)  # type: ignore[arg-type]
-
-
-def _may_be_there(file: Path) -> bool:
-    """Whether there is a file, as far as this process may know."""
-    try:
-        file.stat()
-    except FileNotFoundError:
-        return link_to_nowhere(file) is not None
-    except NotADirectoryError:
-        return False
-    except OSError:
-        pass
-    return True
+        self._memory.close()

@@ -241,11 +241,7 @@ def _times(
     models = timing.models_of(case, comparable)
     measured: dict[tuple[str, int], timing.Measurement | None] = {}
     for count in timing.CONFIGURATIONS:
-        chosen = [
-            model
-            for model in models
-            if model.key != "#0" or count in extent.literal_counts
-        ]
+        chosen = [model for model in models if model.key != "#0" or count in extent.literal_counts]
         text = f"Table {'VI' if spatial else 'III'}, n_c = {count}"
         found = timing.measure(
             chosen, case, count, extent.repeats, extent.slow_repeats, partial(step, text)

@@ -15,7 +15,7 @@ from .described_rods import described_modes, described_rod
 from .joints import JOINTS
 from .leg_description import LegDescription
 from .motors import NO_LIMITS, Drive, Welded
-from .plausibility import check_link, check_moved
+from .plausibility import check_link, check_ways
 
 __all__ = ["chain_leg", "check_joints", "check_motors"]
 
@@ -69,7 +69,7 @@ def _check_units(part: Part, element: ChainElement, length: float) -> None:
     if isinstance(element, Link):
         check_link(part, element, length)
     else:
-        check_moved(part, element, length)
+        check_ways(part, element, length)
 
 
 def _chain_rod(part: Part, leg_rod: Rod, rod: Part, strain: Part) -> ChainRod:

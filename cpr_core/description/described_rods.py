@@ -17,7 +17,7 @@ from ..rods.strain_basis import STRAIN_BASES
 from .chain import ChainRod
 from .description_schema import DEFAULT_BASIS
 from .leg_description import LegDescription, described_motors
-from .plausibility import check_rod
+from .plausible_rods import check_rod
 
 __all__ = [
     "check_fed",

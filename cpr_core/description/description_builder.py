@@ -31,7 +31,8 @@ from .joints import JOINTS, Joint
 from .leg_description import LegDescription, described_motors
 from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, UNDRIVEN, Drive, Motor, Welded
-from .plausibility import check_inertia, check_moved, check_positions
+from .plausibility import check_inertia, check_places, check_tolerance, check_ways
+from .plausible_rods import check_slender
 from .robot_description import RobotDescription
 from .tracker import Tracker
 from .written_fields import WrittenFields
@@ -40,13 +41,13 @@ __all__ = ["described_robot"]
 
 Floats = NDArray[np.float64]
 
-#: What columns of measurements that are about a motor begin with, before its name.
+#: How columns of measurements begin that are about a motor; its name follows.
 _COLUMNS_OF_MOTORS = ("motor:", "effort:")
-#: Characters that end a name in a message of ROS, or that XML, and so URDF, does not have.
+#: Characters that would end a name in a message of ROS, or that XML, and so URDF, does not know.
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 #: Cosine beyond which an axis along the tangent no longer tells a direction across it.
 _ALONG = 0.9
-#: What rounding in a file may do to an inertia.
+#: Relative error of an inertia that rounding in a file may make.
 _ROUNDED = 1e-3
 
 
@@ -95,7 +96,9 @@ def described_robot(
         written=WrittenFields(content, part.read, text),
     )
     _check_controlled(part, description)
-    check_positions(part, description)
+    check_places(part, description)
+    check_slender(part, description)
+    check_tolerance(part, description)
     check_inertia(part, description)
     return description
 
@@ -272,7 +275,7 @@ def _geared(leg: LegDescription, part: Part) -> LegDescription:
         leg = replace(leg, motor=Welded(), drive=UNDRIVEN, elements=leg.chain)
     for element in leg.chain:
         if element.motor is not None:
-            check_moved(part.part("motor"), element, leg.rod.length)
+            check_ways(part.part("motor"), element, leg.rod.length)
     return leg
 
 

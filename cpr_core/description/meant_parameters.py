@@ -24,7 +24,7 @@ _INDEX = re.compile(r"\[(?:\d+|\*)\]")
 _LEG = re.compile(r"legs\[\d+\]")
 #: How a path begins that means one leg or motor, be there one of that number or not.
 _NUMBERED = re.compile(r"(legs\[|leg|motor)\d")
-#: Words that are less alike are others.
+#: Words that are less alike than this are not taken for each other.
 _ALIKE = 0.5
 
 

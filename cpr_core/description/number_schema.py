@@ -18,7 +18,7 @@ from .description_paths import Key, Place
 
 __all__ = ["surely_allowed"]
 
-#: What does not ask how large numbers further down are.
+#: Keywords of the schema that say nothing of how large numbers below them are.
 _STRUCTURE = {
     "$defs",
     "$schema",

@@ -35,9 +35,9 @@ MILLIMETRES = "looks like millimetres, expected metres"
 ORDER = "looks like x y z w, expected w x y z"
 #: Distance in rod lengths beyond which a place is doubted.
 FAR = 10.0
-#: Angle of a motor [rad].
+#: Angle of a motor, or of the joint it moves, beyond which it is doubted [rad].
 _MANY_TURNS = 4.0 * math.pi
-#: Angle of a platform [rad], a whole turn but for rounding.
+#: Angle of a platform beyond which it is doubted [rad]: a whole turn, and rounding.
 _TURN = 2.0 * math.pi + 1e-9
 #: Way per turn of a screw, belt or drum that is doubted where it is longer than a rod too [m].
 _LEAD = 0.5

@@ -1,24 +1,20 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers of a description that look like another unit: errors where none can be meant, else warnings.
+"""Ways and places of a description that look like another unit.
 
-The bounds leave room for every robot that is known to be built: rods of hydrogel and of diamond, of
-micrometres and of tens of metres.
+They are errors where no robot can be meant, else warnings; of rods see ``plausible_rods.py``.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..description_part import Part
-from ..errors import DescriptionWarning
-from ..rods.rod import Rod
 from .chain import ChainJoint, Link
 from .chain_element import ChainElement
 from .leg_description import DescribedMotor
@@ -27,6 +23,7 @@ from .other_units import (
     MILLIMETRES,
     ORDER,
     doubtful_lead,
+    longest_rod,
     motor_doubt,
     reach_of,
     way_doubt,
@@ -38,145 +35,31 @@ __all__ = [
     "check_home_motors",
     "check_inertia",
     "check_link",
-    "check_moved",
-    "check_positions",
+    "check_places",
     "check_quaternion",
-    "check_rod",
+    "check_tolerance",
+    "check_ways",
 ]
 
 Floats = NDArray[np.float64]
 
-#: Longest rods [m]: beyond doubt, and beyond all robots.
-_LONG, _LONGEST = 10.0, 100.0
-#: Half the thickness of a rod, over its length: of none. Over that of the rods of a leg: of no slender
-#: one; a fitting in a chain may be as thick as it is long.
-_THICKEST, _THICK = 0.5, 0.09
-#: Moduli [Pa]: of the softest solid there is, of soft ones, of none.
-_SOFTEST, _SOFT, _STIFFEST = 1e4, 1e6, 2e12
-#: Shear modulus over Young's, below and above what is doubted: metals have 0.4, glass and carbon along
-#: their fibres down to 0.02, tubes of crosswise fibres 2; of metals the other way round it is above 2.5.
-_SHEARS_EASILY, _SHEARS_HARDLY = 3e-3, 2.4
-#: Densities [kg/m^3]: of the heaviest metal in g/cm^3, of what is soft.
-_LIGHTEST, _HEAVY = 30.0, 2000.0
-#: Strain that no material bears linearly: spring steel yields at 0.006, carbon fibre breaks at 0.015,
-#: nitinol comes back from 0.08, rubbers go farther and stiffen. In per cent the first two are above it.
-_YIELDED = 0.1
-#: Turns that a rod bends by at rest which is a coil, and points at which its curvature is looked at.
-_COILED, _LOOKED_AT = 2.0, 9
-#: Range of a joint behind a gear [rad and rod lengths], and way in a second, that are nothing.
-_NOTHING = 1e-3
-#: No speed that a motor is limited to behind its gear, rod lengths or radians per second: honest screws
-#: make a thousandth.
+#: Longest vector that a link, or a tracker, may have [m].
+_LONGEST = 100.0
+#: Smallest range behind a gear that is believed, of a joint [rad] or a rod [rod lengths].
+_SMALLEST_RANGE = 1e-3
+#: Smallest speed behind a gear that is believed [rad/s, rod lengths/s]: honest screws make a thousandth.
 _SLOWEST = 1e-4
-#: Distance of tips that are meant to be at one point, in rod lengths: parameters may be a little off.
+#: How far apart the tips on a point may be [rod lengths]: parameters may be a little off.
 _APART = 0.05
-#: Error of a platform, in rod lengths, that nobody chooses modes for.
+#: Modes are chosen for a smaller error of the platform than this [rod lengths].
 _COARSE = 0.01
-#: Distance that no robot has, in rod lengths.
+#: A place this far away is an error [rod lengths]: rounding hides the robot.
 _BEYOND = 1e9
-#: Distance from the origin of the world, in rod lengths, from which on rounding is seen.
+#: Distance from the origin of the world from which on rounding is seen [rod lengths].
 _FROM_THE_WORLD = 1e5
 
 
-def _warn(part: Part, name: str, problem: str) -> None:
-    warnings.warn(
-        f"{part.source}: {part.path_of(name)}: {problem}", DescriptionWarning, stacklevel=2
-    )
-
-
-def check_rod(part: Part, rod: Rod, own: Collection[str]) -> None:
-    """Whether length, thickness and material can be those of a rod.
-
-    Args:
-        part: The rod in the description.
-        rod: What it says.
-        own: Names of the fields that stand there: what looks wrong is told where it stands, once.
-
-    Raises:
-        DescriptionError: They cannot.
-    """
-    if rod.length > _LONGEST:
-        raise part.fail("length", f"got {rod.length:g}: {MILLIMETRES}")
-    if rod.length > _LONG and "length" in own:
-        _warn(part, "length", f"{rod.length:g} m: {MILLIMETRES}?")
-    if rod.section.needs_moduli:
-        _check_moduli(part, rod, own)
-    _check_bent_at_rest(part, rod, own)
-    section = part.part("section")
-    if max(_half_extents(rod)) > _THICKEST * rod.length:
-        sizes = ", ".join(f"{name} {value}" for name, value in section.content.items())
-        raise section.fail("", f"got {sizes} for a rod {rod.length:g} m long: {MILLIMETRES}")
-    if 0.0 < rod.density < _LIGHTEST and "density" in own:
-        _warn(part, "density", f"{rod.density:g}: looks like g/cm^3, expected kg/m^3")
-    if _YIELDED < rod.yield_strain < math.inf and "yield_strain" in own:
-        _warn(
-            part,
-            "yield_strain",
-            f"{rod.yield_strain:g}: looks like per cent or a stress, expected a ratio, 0.01 for 1 %",
-        )
-    if not _can_be_computed(rod):
-        raise part.fail(
-            "", "expected sizes and moduli of a rod: its stiffness is beyond all numbers"
-        )
-
-
-def _half_extents(rod: Rod) -> list[float]:
-    """Half its thickness across both directions of bending [m]; NaN where it is not known."""
-    bent = np.array([1.0, 0.0])
-    return rod.section.bending_strain(bent, bent[::-1]).tolist()
-
-
-def _check_moduli(part: Part, rod: Rod, own: Collection[str]) -> None:
-    moduli = {"young_modulus": rod.young_modulus, "shear_modulus": rod.shear_modulus}
-    for name, modulus in moduli.items():
-        if modulus < _SOFTEST:
-            raise part.fail(name, f"got {modulus:g}: looks like GPa, expected Pa")
-        if modulus > _STIFFEST:
-            raise part.fail(name, f"got {modulus:g}: no material is as stiff, expected Pa")
-    light = 0.0 < rod.density < _HEAVY
-    soft = [name for name, modulus in moduli.items() if modulus < _SOFT and not light]
-    for name in soft:
-        if name in own or "density" in own:
-            _warn(part, name, f"{moduli[name]:g}: looks like MPa, expected Pa")
-    shears = rod.shear_modulus / rod.young_modulus
-    doubtful = not _SHEARS_EASILY < shears < _SHEARS_HARDLY
-    if doubtful and not soft and not moduli.keys().isdisjoint(own):
-        _warn(
-            part,
-            "shear_modulus" if "shear_modulus" in own else "young_modulus",
-            f"the shear modulus {rod.shear_modulus:g} is {shears:.2g} of Young's, "
-            f"{rod.young_modulus:g}, expected both in Pa: metals have 0.4 (or the other way round?)",
-        )
-
-
-def _check_bent_at_rest(part: Part, rod: Rod, own: Collection[str]) -> None:
-    """Whether curvatures at rest are in 1/m: they coil no rod, though a strip may be twisted far."""
-    bent = np.hypot(*rod.rest_curvature_at(np.linspace(0.0, 1.0, _LOOKED_AT)).T[1:])
-    turns = float(bent.max()) * rod.length / (2.0 * math.pi)
-    if turns > _COILED and ("rest_curvature" in own or "length" in own):
-        _warn(
-            part,
-            "rest_curvature",
-            f"{bent.max():g} 1/m coil a rod of {rod.length:g} m by {turns:.3g} turns: looks like "
-            "degrees per metre, or a radius in millimetres, expected 1/m",
-        )
-
-
-def _can_be_computed(rod: Rod) -> bool:
-    """Whether stiffness, its natural units and the weight are numbers a computer can work with."""
-    try:
-        scales = [
-            rigidity * rod.length**power
-            for rigidity in rod.rigidities
-            for power in (-3, -2, -1, 0, 1)
-        ]
-        mass = rod.mass_per_length * rod.length
-    except OverflowError:
-        return False
-    return all(1e-100 < scale < 1e100 for scale in scales) and mass < 1e100
-
-
-def check_moved(part: Part, element: ChainElement, length: float) -> None:
+def check_ways(part: Part, element: ChainElement, length: float) -> None:
     """Whether positions of a joint, or lengths of a rod, are in radians and metres, and those of motors.
 
     Args:
@@ -185,7 +68,7 @@ def check_moved(part: Part, element: ChainElement, length: float) -> None:
         length: Of the rods of its leg [m].
     """
     if doubtful_lead(element.motor_unit, element.unit, element.ratio, length):
-        _warn(part, "lead", f"{part.number('lead', 0.0):g}: {MILLIMETRES}?")
+        part.warn("lead", f"{part.number('lead', 0.0):g}: {MILLIMETRES}?")
         return  # what follows from it is no mistake of its own
     for position in (element.limits.lower, element.limits.upper):
         way = element.ratio * position
@@ -195,13 +78,13 @@ def check_moved(part: Part, element: ChainElement, length: float) -> None:
             if "ratio" in part and not way_doubt(
                 element.motor_unit, element.unit, position, length
             ):
-                _warn(part, "ratio", _turned_around(element, position))
+                part.warn("ratio", _turned_around(element, position))
             else:
-                _warn(part, "limits.position", f"{position:g}: {doubt}")
+                part.warn("limits.position", f"{position:g}: {doubt}")
             return
     for name, way in (("offset", element.zero), ("rest", element.rest)):
         if doubt := way_doubt(element.unit, element.unit, way, length):
-            _warn(part, name, f"{way:g}: {doubt}")
+            part.warn(name, f"{way:g}: {doubt}")
             return
     if "lead" in part or "ratio" in part:
         _check_geared(part, element, length)
@@ -226,9 +109,8 @@ def _check_geared(part: Part, element: ChainElement, length: float) -> None:
         ("speed", limits.speed, f"{limits.speed:g} {element.motor_unit}/s", f"{element.unit}/s"),
     ):
         way = abs(element.ratio) * size
-        if way < (_NOTHING if name == "position" else _SLOWEST) * unit:
-            _warn(
-                part,
+        if way < (_SMALLEST_RANGE if name == "position" else _SLOWEST) * unit:
+            part.warn(
                 f"limits.{name}",
                 f"{own} is {way:.2g} {behind} behind the {gear}: limits are of the motor, before it",
             )
@@ -248,7 +130,7 @@ def check_link(part: Part, link: Link, length: float) -> None:
     for name, vector in vectors.items():
         size = math.hypot(*vector)
         if size > FAR * length:
-            _warn(part, name, f"{size:g} m, more than {FAR:g} rod lengths: {MILLIMETRES}?")
+            part.warn(name, f"{size:g} m, more than {FAR:g} rod lengths: {MILLIMETRES}?")
             return
 
 
@@ -258,7 +140,7 @@ def check_inertia(part: Part, description: RobotDescription) -> None:
     farthest = FAR * reach_of(description)[0]
     if moment > description.platform_mass * farthest**2:
         mass = f"{description.platform_mass:g} kg"
-        _warn(part, "platform.inertia", f"{moment:g} with {mass}: looks like kg mm^2, not kg m^2")
+        part.warn("platform.inertia", f"{moment:g} with {mass}: looks like kg mm^2, not kg m^2")
 
 
 def check_home_motors(
@@ -268,7 +150,7 @@ def check_home_motors(
     for index, (motor, position) in enumerate(zip(motors, positions, strict=True)):
         doubt = motor_doubt(motor, position, length)
         if doubt:
-            _warn(part, f"motors[{index}]", f"{position:g}: {doubt}")
+            part.warn(f"motors[{index}]", f"{position:g}: {doubt}")
             return
 
 
@@ -280,7 +162,7 @@ def check_home_joints(
         position = positions.get(joint.name, 0.0)
         doubt = way_doubt(joint.unit, joint.unit, position, length)
         if doubt:
-            _warn(part, f"joints.{joint.name}", f"{position:g}: {doubt}")
+            part.warn(f"joints.{joint.name}", f"{position:g}: {doubt}")
             return
 
 
@@ -289,11 +171,11 @@ def check_quaternion(part: Part, name: str, quaternion: Sequence[float]) -> None
     first, *_, last = quaternion
     if abs(first) < 0.2 and abs(last) > 0.9:
         turn = math.degrees(2.0 * math.acos(min(1.0, abs(first))))
-        _warn(part, name, f"{list(quaternion)} is a turn by {turn:.0f} degrees: {ORDER}?")
+        part.warn(name, f"{list(quaternion)} is a turn by {turn:.0f} degrees: {ORDER}?")
 
 
-def check_positions(part: Part, description: RobotDescription) -> None:
-    """Whether bases, tips and platform are where the rods can reach, and an error is a small distance.
+def check_places(part: Part, description: RobotDescription) -> None:
+    """Whether bases, tips, platform and tracker are where the rods can reach, or near them.
 
     Raises:
         DescriptionError: One is so far away that rounding hides the robot.
@@ -305,23 +187,26 @@ def check_positions(part: Part, description: RobotDescription) -> None:
     found = [name for name, distance in distances if distance > FAR]
     if found:
         more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        _warn(part, found[0] + more, f"more than {FAR:g} rod lengths away: {MILLIMETRES}")
+        part.warn(found[0] + more, f"more than {FAR:g} rod lengths away: {MILLIMETRES}")
     longest, middle = reach_of(description)
     if math.hypot(*middle) > _FROM_THE_WORLD * longest:
-        _warn(
-            part,
+        part.warn(
             "legs[*].base.position",
             f"more than {_FROM_THE_WORLD:g} rod lengths from the origin of the world, where rounding "
             "is seen: expected an origin near the robot",
         )
     tracker = description.tracker
     if tracker is not None and math.hypot(*tracker.position) > _LONGEST:
-        _warn(part, "tracker.position", f"more than {_LONGEST:g} m away: {MILLIMETRES}")
+        part.warn("tracker.position", f"more than {_LONGEST:g} m away: {MILLIMETRES}")
     _check_point(part, description)
-    _check_slender(part, description)
+
+
+def check_tolerance(part: Part, description: RobotDescription) -> None:
+    """Whether the error that modes are chosen for is small beside the rods."""
+    longest = longest_rod(description)
     if _COARSE * longest <= description.tolerance < math.inf:
         coarse = f"{description.tolerance:g} m of rods of {longest:g} m: {MILLIMETRES}?"
-        _warn(part, "strain.tolerance", coarse)
+        part.warn("strain.tolerance", coarse)
 
 
 def _check_point(part: Part, description: RobotDescription) -> None:
@@ -329,22 +214,10 @@ def _check_point(part: Part, description: RobotDescription) -> None:
     first, *others = (leg.joint.position for leg in description.legs)
     apart = max((math.dist(first, other) for other in others), default=0.0)
     if description.point_platform and apart > _APART * reach_of(description)[0]:
-        _warn(
-            part,
+        part.warn(
             "platform.shape",
             f"a point never turns, and tips on it are {apart:g} m apart: expected body?",
         )
-
-
-def _check_slender(part: Part, description: RobotDescription) -> None:
-    """Whether all rods are thin beside their legs, to one side at least: a strip may be wide."""
-    longest = max(leg.rod_length for leg in description.legs)
-    for index, leg in enumerate(description.legs):
-        for half in (min(_half_extents(element.rod)) for element in leg.rods):
-            if half >= _THICK * longest:
-                thick = f"a rod {2.0 * half:g} m thick, where legs have {longest:g} m of rods"
-                _warn(part, f"legs[{index}]", f"{thick}: {MILLIMETRES}?")
-                return
 
 
 def _distances(description: RobotDescription) -> Iterator[tuple[str, float]]:

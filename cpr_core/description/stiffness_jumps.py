@@ -24,9 +24,9 @@ Floats = NDArray[np.float64]
 #: A stiffness that changes by more than this factor within half the length of the shortest wave that
 #: polynomial modes follow is a jump to them.
 _JUMP = 1.1
-#: Stations are written with rounding.
+#: What rounding in a file may do to the distance of two stations.
 _ROUNDED = 1e-9
-#: Splines may bend a rod by so much too little or too much, of what it bends.
+#: Relative error of the bending of a rod beyond which splines are refused.
 _SPLINES_OFF = 0.025
 
 

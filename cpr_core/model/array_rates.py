@@ -36,7 +36,7 @@ _MISSED = 1e-9
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 #: They say where nodes are and nothing else: what moves with one alone is the error of the quadrature.
 _STATIONS = "stations"
-#: For so many kinds of loads rates are kept: they may have other forces on rods at every question.
+#: For how many kinds of loads rates are kept: every question may have other forces on rods.
 _KEPT = 100
 
 

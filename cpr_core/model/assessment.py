@@ -28,7 +28,7 @@ __all__ = [
     "thresholds_problem",
 ]
 
-#: Way from a warning to its stop where there is none: a step, but finite.
+#: Least distance of a warning from its stop where levels are computed: finite, so that these are.
 _NO_WAY = 1e-9
 
 

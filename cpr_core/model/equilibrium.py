@@ -35,7 +35,7 @@ from ..lie import quaternion_from_rotation
 from ..validation import cached_array, cached_property, checked_word
 from .dense_response import DenseResponse, dense_response
 from .linearisation import Linearisation, LinearisedState, Response
-from .model_state import ModelState
+from .model_state import Configuration, ModelState
 from .robot import Robot
 from .stability import MotorReading, Spectrum
 from .tangent_signs import TangentSigns, tangent_signs_of
@@ -44,7 +44,7 @@ __all__ = [
     "Equilibrium",
     "check_equilibrium",
     "corrected",
-    "described",
+    "equilibrium_at",
     "evaluated_again",
     "firm_margin",
     "new_record",
@@ -257,12 +257,12 @@ def new_record(robot: Robot, count: int | None = None) -> Floats:
     return np.empty(size if count is None else (count, size))
 
 
-def record_of(robot: Robot, state: Floats, rotation: Floats, position: Floats) -> Floats:
-    """A record of which only the state, (N,), and the platform's pose are known."""
+def record_of(robot: Robot, place: Configuration) -> Floats:
+    """A record of which only the configuration is known."""
     record, size = np.zeros_like(new_record(robot)), robot.state_size
-    record[:size] = state
-    record[size + ROTATION : size + POSITION] = np.ravel(rotation)
-    record[size + POSITION : size + ENERGY] = position
+    record[:size] = place.state
+    record[size + ROTATION : size + POSITION] = np.ravel(place.platform_rotation)
+    record[size + POSITION : size + ENERGY] = place.platform_position
     return record
 
 
@@ -351,18 +351,19 @@ def evaluated_again(equilibrium: Equilibrium) -> Equilibrium:
     )
 
 
-def described(
-    robot: Robot,
-    loads: Loads,
-    load_arrays: LoadArrays,
-    state: Floats,
-    rotation: Floats,
-    position: Floats,
-    iterations: int = 0,
+def equilibrium_at(
+    robot: Robot, loads: Loads, load_arrays: LoadArrays, place: Configuration, iterations: int = 0
 ) -> Equilibrium:
-    """An equilibrium of which the state, (N,), and the platform's pose are known."""
-    record = record_of(robot, state, rotation, position)
-    solution = corrected(robot, loads, load_arrays, record, _AS_IT_IS)
+    """A configuration as an equilibrium, which it is taken for as it is.
+
+    Args:
+        robot: The robot.
+        loads: Loads in force.
+        load_arrays: The same as the kernels see them.
+        place: The configuration.
+        iterations: How many Newton steps have led there.
+    """
+    solution = corrected(robot, loads, load_arrays, record_of(robot, place), _AS_IT_IS)
     return solution if solution.iterations == iterations else solution.with_iterations(iterations)
 
 

@@ -32,8 +32,8 @@ __all__ = ["Increments", "KinematoStatics", "kinemato_statics"]
 
 Floats = NDArray[np.float64]
 
-#: Part of the largest compliance, and of that of a rod across itself, in radians and rod lengths, below
-#: which there is none: rounding is.
+#: Compliance below this part of the largest one, and of that of a rod across itself, is rounding: in
+#: such a direction the platform is rigid [radians, rod lengths].
 _RIGID = 1e-12
 #: Condition number, in problem units, beyond which what is found is rounding.
 _SINGULAR = 1e12

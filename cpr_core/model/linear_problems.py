@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from .problem_units import ProblemUnits, problem_units
 from .smallest_singular_value import smallest_singular_value
 from .stability import null_space_of
 
-__all__ = ["LinearProblem", "LinearProblems", "Singularity", "coordinate_motions"]
+__all__ = ["LinearMatrices", "LinearProblem", "LinearProblems", "Singularity", "coordinate_motions"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.intp]
@@ -69,6 +69,24 @@ class Singularity(ReadOnlyArrays):
         return float(self.singular_values[0] / self.singular_values[-1])
 
 
+class LinearMatrices(NamedTuple):
+    """``a dq_a + p dSigma_p + e dq_e = w [dtau_a; dw_p]``, Eqs. (42)-(43), dimensionless.
+
+    As many rows as motors, leg coordinates and platform coordinates together.
+
+    Attributes:
+        a: By motor positions, (rows, n).
+        p: By the body twist of the platform, (rows, platform).
+        e: By leg coordinates: passive joints and strain, (rows, elastic).
+        w: By efforts and platform wrench acting on the robot, (rows, n + platform).
+    """
+
+    a: Floats
+    p: Floats
+    e: Floats
+    w: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class LinearProblems:
     """The problems at one equilibrium, from the tangent the solver uses.
@@ -84,16 +102,13 @@ class LinearProblems:
         """Tangent of the model with the platform in body coordinates, in state order, (N, N)."""
         return body_tangent(self.equilibrium)
 
-    def matrices(
-        self, characteristic_length: float | None = None
-    ) -> tuple[Floats, Floats, Floats, Floats]:
-        """A, P, E, W of Eqs. (42)-(43), dimensionless.
+    def matrices(self, characteristic_length: float | None = None) -> LinearMatrices:
+        """A, P, E, W of Eqs. (42)-(43), dimensionless, by the names a, p, e, w.
 
-        ``A dq_a + P dSigma_p + E dq_e = W [dtau_a; dw_p]``: the sign of W is that of efforts and
-        wrenches acting on the robot. Rotations count in radians, lengths in the characteristic
-        length, energies in E J / length, and strains in the inverse of that length by their L2 norm
-        along the rod: E is by coordinates that are orthonormal so. Singular values then depend neither
-        on the strain basis nor, once they converge, on the number of modes.
+        Rotations count in radians, lengths in the characteristic length, energies in E J / length, and
+        strains in the inverse of that length by their L2 norm along the rod: E is by coordinates that
+        are orthonormal in it. Singular values then depend neither on the strain basis nor, once they
+        converge, on the number of modes.
 
         Args:
             characteristic_length: [m]; default the mean rod length.
@@ -104,11 +119,11 @@ class LinearProblems:
         return self._known_matrices[units.energy]
 
     @cached_property
-    def _known_matrices(self) -> dict[float, tuple[Floats, Floats, Floats, Floats]]:
+    def _known_matrices(self) -> dict[float, LinearMatrices]:
         """By the unit of energy, which tells the lengths apart: every problem takes the same."""
         return {}
 
-    def _matrices(self, units: ProblemUnits) -> tuple[Floats, Floats, Floats, Floats]:
+    def _matrices(self, units: ProblemUnits) -> LinearMatrices:
         robot, motions = self.equilibrium.robot, units.motions
         moving = np.concatenate(
             [robot.motor_indices, robot.elastic_indices, robot.platform_indices]
@@ -123,7 +138,7 @@ class LinearProblems:
         loads[last:, n:] = np.eye(len(robot.platform_indices))
         unloaded = np.zeros((len(jacobian), loads.shape[1]))
         right = read_only(np.vstack([null_space.T @ loads, unloaded]))
-        return stacked[:, :n], stacked[:, last:], stacked[:, n:last], right
+        return LinearMatrices(stacked[:, :n], stacked[:, last:], stacked[:, n:last], right)
 
     @property
     def problems(self) -> tuple[LinearProblem, ...]:

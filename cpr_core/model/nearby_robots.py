@@ -27,9 +27,9 @@ __all__ = [
     "nearby",
 ]
 
-#: Changes by which rates are found, of the size of a number: their square is lost in rounding.
+#: Relative change of a number by which rates are found: its square is lost in rounding.
 _CHANGE = 1e-5
-#: So many robots are kept, of a tenth of a megabyte each.
+#: How many robots are kept, of a tenth of a megabyte each.
 _KEPT = 1000
 
 Changes: TypeAlias = tuple[tuple[Parameter, float], ...]

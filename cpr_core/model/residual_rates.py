@@ -34,7 +34,7 @@ _STEP = 1e-5
 _BENT = 0.3
 #: Second differences below this, over first ones, are rounding: the residual is linear.
 _LINEAR = 1e-12
-#: So many ways of varying a robot are kept.
+#: For how many ways of varying a robot rates are kept.
 _KEPT = 100
 
 

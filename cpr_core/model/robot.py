@@ -11,7 +11,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import wraps
 from pathlib import Path
-from typing import Any, Concatenate, ParamSpec, TypeVar, cast
+from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +92,18 @@ def kept_with_robot(
         return found
 
     return cast("Callable[Concatenate[Robot, Arguments], Found]", kept)
+
+
+class SquareSystem(NamedTuple):
+    """What is solved for, beside the legs, and which equations are.
+
+    Attributes:
+        unknowns: State indices.
+        equations: State indices, as many.
+    """
+
+    unknowns: Integers
+    equations: Integers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -458,14 +470,14 @@ class Robot:
         return self.motor_count - controlled if controlled else 0
 
     @cached_property
-    def problems(self) -> dict[str, tuple[Integers, Integers]]:
+    def problems(self) -> dict[str, SquareSystem]:
         """Unknowns and equations beside those of the legs, by what is imposed (Section IV-B)."""
         platform, motors = self.platform_indices, self.motor_indices
         both = read_only(np.concatenate([platform, motors]))
         return {
-            "motors": (platform, platform),
-            "efforts": (both, both),
-            "pose": (read_only(self.arrays.inverse_unknowns.copy()), platform),
+            "motors": SquareSystem(platform, platform),
+            "efforts": SquareSystem(both, both),
+            "pose": SquareSystem(read_only(self.arrays.inverse_unknowns.copy()), platform),
         }
 
     @cached_array

@@ -126,14 +126,9 @@ def _closed(
     Where gaps cannot be closed Newton's method ends anywhere, which rounding decides: the shape of least
     energy tells where the robot does not fit.
     """
+    place = shape._replace(state=_spring_state(robot, forces, shape, stiffness))
     for iterations in (100, 0):
-        found = refine(
-            robot,
-            loads,
-            *shape._replace(state=_spring_state(robot, forces, shape, stiffness)),
-            iterations=iterations,
-            contraction=1.0,
-        )
+        found = refine(robot, loads, place, iterations=iterations, contraction=1.0)
         if found.converged:
             break
     return found

@@ -41,17 +41,18 @@ __all__ = [
 
 #: Numbers of modes in every direction that are tried for the solution others are compared with.
 _MANY = range(6, 25, 2)
-#: So much of the tolerance that solution had better be wrong by itself.
+#: Part of the tolerance that the solution others are compared with may be wrong by.
 _TRUE = 0.1
 #: Rounding of solutions [m], and the least tolerance that is above it.
 _ROUNDING, _LEAST = 2e-10, 1e-9
-#: An estimate is told from this share of the tolerance on: it leaves out what still more modes change.
+#: From this part of the tolerance on an estimated error is told: it leaves out what still more modes
+#: change.
 TOLD = 0.5
 #: How far motors are moved from home, one by one, in their units: at home alone straight rods would need
 #: no modes at all.
 _PROBE = 0.1
-#: Where a limit ends that way, so much of what there is of it is gone: with fewer modes a motor gives
-#: more, or a rod bends farther.
+#: Where a limit ends that way, motors are moved by this part of what leads to it: with fewer modes a
+#: motor gives more, or a rod bends farther.
 _WITHIN = 0.9
 #: What modes may be given up for, of the tolerance: at first, and from try to try, as they are given up
 #: by what they do to first order only.

@@ -70,8 +70,13 @@ def critical_load_factor(
         NoForwardSolution: The walk was lost where the robot is still stable.
     """
     check_equilibrium(equilibrium)
-    factor = "at a factor of {:.6g} on the loads".format
-    return _trace(equilibrium, equilibrium.loads.scaled, 1.0, 0.1, limit, motors_are, factor)
+    raised = _Raised(
+        loads=equilibrium.loads.scaled,
+        begin=1.0,
+        step=0.1,
+        in_words="at a factor of {:.6g} on the loads".format,
+    )
+    return _critical(equilibrium, raised, limit, motors_are)
 
 
 def critical_load(
@@ -120,25 +125,38 @@ def critical_load(
         wrench[LINEAR] += force * axis
         return start.with_(wrench_world=wrench)
 
+    raised = _Raised(
+        loads=loads, begin=0.0, step=0.1 * natural, in_words="at a force of {:.6g} N".format
+    )
     largest = 1e3 * natural if limit is None else limit
-    force = "at a force of {:.6g} N".format
-    return _trace(equilibrium, loads, 0.0, 0.1 * natural, largest, motors_are, force)
+    return _critical(equilibrium, raised, largest, motors_are)
 
 
-def _trace(
-    start: Equilibrium,
-    loads: Callable[[float], Loads],
-    value: float,
-    step: float,
-    limit: float,
-    motors_are: MotorReading,
-    in_words: Callable[[float], str],
+@dataclass(frozen=True)
+class _Raised:
+    """A load that is raised.
+
+    Attributes:
+        loads: All loads at a value of it.
+        begin: Its value at the start.
+        step: First step of the value.
+        in_words: Where a value is.
+    """
+
+    loads: Callable[[float], Loads]
+    begin: float
+    step: float
+    in_words: Callable[[float], str]
+
+
+def _critical(
+    start: Equilibrium, raised: _Raised, limit: float, motors_are: MotorReading
 ) -> CriticalLoad | None:
     """Raise the load until the smallest eigenvalue is negative or the branch ends, then bisect.
 
     Limits that are passed on the way are told with a fraction of all of it, and in words.
     """
-    robot, limit = start.robot, checked_number("limit", limit)
+    robot, limit, value = start.robot, checked_number("limit", limit), raised.begin
     if not limit > value:
         least, given = distinct(value, limit, fewest=6)
         raise InvalidRequest("limit", f"expected more than {least}, got {given}")
@@ -151,22 +169,24 @@ def _trace(
         raise InvalidRequest(
             "equilibrium", f"expected a stable one, its smallest eigenvalue is {smallest:.3g} J"
         )
-    low, last, beyond, end, high, first_step = value, start, "", "", np.inf, step
+    low, last, beyond, end, high, step = value, start, "", "", np.inf, raised.step
     while high - low > _TOLERANCE * max(abs(low), step * 1e-3):
         target = min(low + step, limit) if np.isinf(high) else 0.5 * (low + high)
         try:
-            next_equilibrium = solve_forward(robot, start.motors, start=last, loads=loads(target))
+            next_equilibrium = solve_forward(
+                robot, start.motors, start=last, loads=raised.loads(target)
+            )
             eigenvalue = spectrum(next_equilibrium, motors_are).smallest
         except (MotorLimitExceeded, StrainLimitExceeded) as error:
             # A walk goes on where stability is lost: that may have been before the limit.
             if error.last is None or spectrum(error.last, motors_are).smallest > 0.0:
                 reached = low + error.fraction * (target - low)
                 part = (reached - value) / (limit - value)
-                raise error.on_longer_way(part, in_words(reached)) from None
+                raise error.on_longer_way(part, raised.in_words(reached)) from None
             high, beyond = target, "crossing"
             continue
         except NoSolution as error:
-            if np.isinf(high) and _not_walked(error) and step > _SMALLEST_STEP * first_step:
+            if np.isinf(high) and _not_walked(error) and step > _SMALLEST_STEP * raised.step:
                 step *= 0.5
             else:
                 # As it was told first, from afar: next to a fold it looks like a crossing.
@@ -186,7 +206,7 @@ def _trace(
             )
         low, last, smallest = target, next_equilibrium, eigenvalue
     if end:
-        _check_end(start, last, motors_are, (low - value) / (limit - value), in_words(low))
+        _check_end(start, last, motors_are, (low - value) / (limit - value), raised.in_words(low))
     return CriticalLoad(value=0.5 * (low + high), equilibrium=last, kind=beyond)
 
 

@@ -39,7 +39,7 @@ Integers = NDArray[np.int64]
 _MOST_STARTS = 1_000_000
 #: Bending of random starts: smallest and largest standard deviation of the curvature times the length.
 _BENDING = (0.3, 3.0)
-#: Newton steps of one start.
+#: Most Newton steps from one random start.
 _STEPS = 60
 
 
@@ -218,7 +218,7 @@ def _searched(
     shape = Configuration(state, rotation, position)
     state = with_best_multipliers(robot, forces, shape)
     tolerances = Tolerances(iterations=_STEPS, contraction=1.0)
-    rough = record_of(robot, *shape._replace(state=state))
+    rough = record_of(robot, shape._replace(state=state))
     found = corrected(robot, loads, forces, rough, tolerances)
     return found if found.converged and robot.rods_exist(found.state) else None
 

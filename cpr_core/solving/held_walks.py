@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..kernels.record_layout import INVERSE_SIGN, SIGNS
-from ..model.equilibrium import Equilibrium, described
+from ..model.equilibrium import Equilibrium, equilibrium_at
 from ..model.kinemato_statics import KinematoStatics
 from ..model.model_state import Configuration
 from ..model.robot import Robot
@@ -103,7 +103,7 @@ def _imposed_motors(directions: Floats) -> tuple[int, ...]:
 def _of(equilibrium: Equilibrium, robot: Robot) -> Equilibrium:
     """An equilibrium as one of a robot that holds some motors."""
     place = Configuration.of(equilibrium)
-    return described(robot, equilibrium.loads, equilibrium.load_arrays, *place)
+    return equilibrium_at(robot, equilibrium.loads, equilibrium.load_arrays, place)
 
 
 def _of_base(equilibrium: Equilibrium, robot: Robot) -> Equilibrium:

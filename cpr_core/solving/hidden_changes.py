@@ -30,7 +30,7 @@ __all__ = [
 _BENT_MORE, _STEEPER = 2.0, 1.25
 #: A value is at zero if it is smaller than this part of what it changes by.
 _AT_ZERO = 1e-6
-#: Values are known so well.
+#: How well values are known.
 _ROUNDING = 1e-9
 #: Second derivative per longest steps squared that is not expected to be passed; steepest ones are where
 #: branches turn, which are walked in small steps anyway.

@@ -43,7 +43,7 @@ _ROUGH = 0.5
 #: Angle from the rough orientation to the home found that is no roughness any more, and angle by which
 #: nobody mounts a rod wound [rad].
 _ROUGH_TURN, _WOUND = 0.5, 1.0
-#: Position of a motor, in its units, beyond which rounding hides where the motor is.
+#: Position of a motor, in its units, beyond which rounding hides where it is.
 _COUNTED = 1e9
 #: What turns a rod about itself, or a platform, where a description has it wrong.
 _DIRECTIONS = "tangent, normal, axis and axis_in_rod from bases to tips"
@@ -236,14 +236,8 @@ def _from_strain(robot: Robot, guess: HomeGuess) -> Equilibrium:
     """From a shape that is known well: Newton's method keeps to it, stable or not."""
     loads, state = Loads.none(), rough_state(robot, guess)
     rough = Configuration(state, *rough_platforms(robot, guess, state)[0])
-    state = with_best_multipliers(robot, robot.load_arrays(loads), rough)
-    found = refine(
-        robot,
-        loads,
-        *rough._replace(state=state),
-        iterations=200,
-        contraction=1.0,
-    )
+    place = rough._replace(state=with_best_multipliers(robot, robot.load_arrays(loads), rough))
+    found = refine(robot, loads, place, iterations=200, contraction=1.0)
     if found.converged:
         return found
     raise NoForwardSolution(

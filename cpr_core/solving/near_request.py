@@ -17,9 +17,9 @@ from .watching import Watching
 
 __all__ = ["ALONE", "solve_near"]
 
-#: Longest step, in longest steps of a walk, that may be taken alone where something is watched that its
-#: ends may not show: longer ones are looked at halfway too. By effort it is the motors' way, and longer
-#: ones are walked.
+#: Longest step that is taken without a look halfway where something is watched that its ends may not
+#: show, in longest steps of a walk. By effort it is the motors' way that counts, and longer ones are
+#: walked.
 ALONE = 0.1
 
 

@@ -20,7 +20,7 @@ from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.continuation_kernel import FREELY, UNPREDICTED
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
-from ..model.equilibrium import Equilibrium, described, stepped
+from ..model.equilibrium import Equilibrium, equilibrium_at, stepped
 from ..model.model_state import Configuration, evaluate
 from ..model.stability import elastic_hessian
 from .deadline import Deadline
@@ -255,18 +255,19 @@ class Path:
         polished = False
         last = 2.0 * PREDICTION * abs(arc_length)
         for iteration in range(ITERATIONS):
-            loads = equations.loads_at(fraction)
+            load_arrays = equations.loads_at(fraction)
             place, efforts = equations.imposed(place, fraction)
             if not robot.rods_exist(place.state):
                 return None
-            value = evaluate(robot, loads, *place)
+            value = evaluate(robot, load_arrays, *place)
             residual = equations.residual(value, efforts)
             largest = float(np.abs(residual).max())
             if not np.isfinite(largest):
                 return None
             if largest < POLISHED or (largest < RESIDUAL_TOLERANCE and polished):
-                asked = equations.loads_between(fraction)
-                return self._point(fraction, described(robot, asked, loads, *place, iteration))
+                loads = equations.loads_between(fraction)
+                found = equilibrium_at(robot, loads, load_arrays, place, iteration)
+                return self._point(fraction, found)
             polished = largest < RESIDUAL_TOLERANCE
             matrix = equations.matrix(value, place.platform_rotation)
             bordered = _bordered(matrix, equations.rate(value, place, fraction))

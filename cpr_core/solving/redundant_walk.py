@@ -32,9 +32,9 @@ __all__ = ["walk_to"]
 
 Floats = NDArray[np.float64]
 
-#: A stage that gains less of the way is none.
+#: A walk is lost where a stage gains less of the way than this.
 _SMALLEST_STAGE = 1e-6
-#: Stages at most.
+#: Most stages of a walk.
 _MOST_STAGES = 1000
 #: What stops a stage, but not the walk: with other motors imposed it may go on.
 _OF_THE_CHOICE = ("fold", "bifurcation", "lost")

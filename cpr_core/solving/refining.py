@@ -14,6 +14,7 @@ from ..kernels.square_problem import Tolerances
 from ..lie import ROTATION_TOLERANCE, nearest_rotation
 from ..model.configurations import leg_units
 from ..model.equilibrium import Equilibrium, corrected, record_of
+from ..model.model_state import Configuration
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_vector
 from .requests import motor_vector
@@ -60,8 +61,9 @@ def restore_equilibrium(
     rotation = nearest_rotation("platform_rotation", platform_rotation)
     position = np.array(checked_vector("platform_position", platform_position, 3))
     _check_freedom(robot, rotation, position)
-    found = refine(robot, loads, state, rotation, position, iterations=6, contraction=0.5)
-    if not found.converged or not _near(found, state, rotation, position):
+    place = Configuration(state, rotation, position)
+    found = refine(robot, loads, place, iterations=6, contraction=0.5)
+    if not found.converged or not _near(found, place):
         raise InvalidRequest(
             "start",
             f"expected an equilibrium of {robot.description.name} under its loads; these numbers "
@@ -70,14 +72,14 @@ def restore_equilibrium(
     return found
 
 
-def _near(found: Equilibrium, state: Floats, rotation: Floats, position: Floats) -> bool:
-    """Whether an equilibrium is where the numbers it was found from have it, up to rounding.
+def _near(found: Equilibrium, place: Configuration) -> bool:
+    """Whether an equilibrium is where it was looked for, up to rounding.
 
     Multipliers do not count: they are found in one step wherever that begins.
     """
     robot = found.robot
-    first, units = np.concatenate([state, rotation.ravel(), position]), leg_units(robot)
-    last, near = found.configuration, ROTATION_TOLERANCE
+    first = np.concatenate([place.state, place.platform_rotation.ravel(), place.platform_position])
+    last, units, near = found.configuration, leg_units(robot), ROTATION_TOLERANCE
     same = np.allclose(last / units, first / units, rtol=near, atol=near)
     return same and robot.rods_exist(found.state)
 
@@ -93,20 +95,13 @@ def _check_freedom(robot: Robot, rotation: Floats, position: Floats) -> None:
 
 
 def refine(
-    robot: Robot,
-    loads: Loads,
-    state: Floats,
-    rotation: Floats,
-    position: Floats,
-    *,
-    iterations: int,
-    contraction: float,
+    robot: Robot, loads: Loads, place: Configuration, *, iterations: int, contraction: float
 ) -> Equilibrium:
-    """Newton from a rough state at its motor positions.
+    """Newton from a rough configuration at its motor positions.
 
     Returns:
         The result, converged or not: the caller has to look.
     """
-    rough = record_of(robot, state, rotation, position)
+    rough = record_of(robot, place)
     tolerances = Tolerances(iterations=iterations, contraction=contraction)
     return corrected(robot, loads, robot.load_arrays(loads), rough, tolerances)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..description.inherited_loads import inherited_loads
 from ..description.parameters import Parameter
 from ..model.displacement import displaced
-from ..model.equilibrium import Equilibrium, described
+from ..model.equilibrium import Equilibrium, equilibrium_at
 from ..model.model_state import Configuration
 from ..model.nearby_robots import FOURTH_ORDER, Nearby, nearby
 from ..model.residual_rates import parameter_scales
@@ -108,4 +108,4 @@ def _moved(equilibrium: Equilibrium, near: Robot, change: Floats) -> Equilibrium
     robot = equilibrium.robot
     loads = inherited_loads(equilibrium.loads, robot.default_loads, near.default_loads)
     place = displaced(robot, *Configuration.of(equilibrium), change)
-    return described(near, loads, near.load_arrays(loads), *place)
+    return equilibrium_at(near, loads, near.load_arrays(loads), place)

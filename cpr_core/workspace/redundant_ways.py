@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
-from ..model.equilibrium import Equilibrium, described
+from ..model.equilibrium import Equilibrium, equilibrium_at
 from ..model.kinemato_statics import kinemato_statics
+from ..model.model_state import Configuration
 from ..model.robot import Robot
 from ..solving.objectives import Objective
 from ..solving.redundant_walk import walk_to
@@ -82,11 +83,5 @@ class RedundantWays:
 
     def _at(self, cells: Cells, cell: int, load_arrays: LoadArrays) -> Equilibrium:
         """The equilibrium of a cell."""
-        return described(
-            self.robot,
-            self.loads,
-            load_arrays,
-            cells.state[cell],
-            cells.rotation[cell],
-            cells.position[cell],
-        )
+        place = Configuration(cells.state[cell], cells.rotation[cell], cells.position[cell])
+        return equilibrium_at(self.robot, self.loads, load_arrays, place)

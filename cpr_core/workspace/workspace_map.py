@@ -17,7 +17,8 @@ from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..kernels.limit_kernel import ROUNDING
 from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
-from ..model.equilibrium import Equilibrium, described
+from ..model.equilibrium import Equilibrium, equilibrium_at
+from ..model.model_state import Configuration
 from ..model.robot import Robot
 from ..validation import cached_array, cached_property, checked_count, read_only
 from .borders import Border
@@ -259,11 +260,5 @@ class WorkspaceMap:
 
 def equilibrium_of(robot: Robot, loads: Loads, cells: CellArrays, cell: int) -> Equilibrium:
     """The equilibrium of a cell."""
-    return described(
-        robot,
-        loads,
-        robot.load_arrays(loads),
-        cells.state[cell],
-        cells.rotation[cell],
-        cells.position[cell],
-    )
+    place = Configuration(cells.state[cell], cells.rotation[cell], cells.position[cell])
+    return equilibrium_at(robot, loads, robot.load_arrays(loads), place)

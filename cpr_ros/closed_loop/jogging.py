@@ -22,7 +22,7 @@ __all__ = ["JogGoal", "Jogger", "PlatformTwist"]
 
 Floats = NDArray[np.float64]
 
-#: Fastest twist that is told from a faster one [rad/s, m/s].
+#: Faster twists count as this one, in their direction [rad/s, m/s].
 _FASTEST = 1e6
 #: Farthest the setpoint goes in a tick [rod lengths, rad]; the motors are never that fast.
 _LONGEST = 0.05

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from cpr_core.errors import distinct
 
-from ..following.pose_coordinates import PoseCoordinates
 from ..following.watchdog import Watchdog
-from .pose_history import HORIZON, PoseHistory
+from .pose_history import HORIZON, PoseChange, PoseHistory, Sighting
 from .several_cameras import LATENESS, RESOLUTION, SeveralCameras
 
 __all__ = ["MeasuredPose"]
@@ -24,10 +23,10 @@ Floats = NDArray[np.float64]
 
 #: How many measured poses have to agree after a jump, however often they come.
 _AGREEING = 5
-#: A pose that is not believed is left aside for so long before it is a problem: cameras mistake a
+#: A pose that is not believed is left aside for this time before it is a problem: cameras mistake a
 #: picture or two for something else [s].
 _MOMENT = 0.1
-#: Stamps may be so far ahead of the clock: clocks that are kept together agree better [s].
+#: How far stamps may be ahead of the clock: clocks that are kept together agree better [s].
 _CLOCKS_AGREE = 0.01
 #: How far back jumps are counted [s].
 _LATELY = 10.0
@@ -42,35 +41,31 @@ class MeasuredPose:
         watchdog: Age of the newest, by receipt.
     """
 
-    def __init__(self, coordinates: PoseCoordinates, history: PoseHistory, timeout: float) -> None:
+    def __init__(self, history: PoseHistory, timeout: float) -> None:
         """Know nothing yet.
 
         Args:
-            coordinates: Of the robot.
             history: Where the model has the platform.
             timeout: Age beyond which a measured pose is stale [s]; 0: never.
         """
-        self._coordinates, self._history = coordinates, history
+        self._history = history
         self.watchdog = Watchdog(timeout)
-        self._others = SeveralCameras(coordinates, history)
+        self._cameras = SeveralCameras(history)
         self.forget()
 
     def forget(self) -> None:
         """Be as if no pose had ever come."""
         self.watchdog.forget()
-        self._others.forget()
+        self._cameras.forget()
         self.newest: Floats | None = None
         self.problem = ""
         self._heard = math.nan  # when the last message came, whatever it was
         self._ahead = 0.0  # of the clock, by its stamp
-        self._way_then = 0.0  # of the platform until the newest was measured, or a little before
-        self._way_at_change = 0.0  # until the numbers changed
+        self._travelled_at_change = 0.0  # by the platform until the numbers changed
         self._jump, self._jump_since = "", 0.0
         self._agree_since, self._agreeing = 0.0, 0  # of measured poses after a jump
-        self._before: Floats | None = None  # the pose of the last message, whatever it is
-        self._believed: tuple[Floats, float, float] | None = (
-            None  # the last, the way then, and when
-        )
+        self._last: Sighting | None = None  # whether it was believed or not
+        self._believed: Sighting | None = None  # the last that was
         self._jumps: deque[tuple[float, float]] = deque()  # when, and how far
 
     def refuse(self, problem: str, now: float) -> None:
@@ -118,9 +113,9 @@ class MeasuredPose:
         pose: Floats,
         now: float,
         delay: float,
+        *,
         jump: float,
         settling: float,
-        *,
         several: bool = False,
     ) -> bool:
         """Take a measured pose; says whether it is believed.
@@ -142,23 +137,24 @@ class MeasuredPose:
         if self._ahead > max(oldest, _CLOCKS_AGREE):
             self.problem = self.clocks_differ
             return False
-        before, self._before = self._before, pose
-        way = self._history.travelled(now - delay - LATENESS)
-        way_then, self._way_then = self._way_then, way
+        before = self._last
+        travelled = self._history.travelled(now - delay - LATENESS)
+        self._last = Sighting(pose, travelled, now)
         self.watchdog.feed(now)
         if several:
-            self._others.hear(pose, way, now - delay, now)
-        change = math.inf
+            self._cameras.hear(pose, travelled, now - delay, now)
+        changed = True
         if before is not None:
-            change, moved = self._from(before, way_then, pose, now)
+            change = self._history.change_since(before, pose, now)
+            changed = change.measured > 0.0
             if self._goes_on(pose, now, jump, settling):
                 self._jump = ""
                 if several:
-                    self._others.came_back(before, way_then, change, jump, now)
-            elif change > jump + moved:
-                self._note_jump(change, moved, now)
-        if change > 0.0:
-            self._way_at_change = self._history.travelled(now - delay)
+                    self._cameras.came_back(before, change.measured, jump, now)
+            elif not change.explained(jump):
+                self._note_jump(change, now)
+        if changed:
+            self._travelled_at_change = self._history.travelled(now - delay)
         if self._jump:
             self._agreeing += 1
             if self._agreeing < _AGREEING or now - self._agree_since < settling:
@@ -166,33 +162,25 @@ class MeasuredPose:
                     self.newest, self.problem = pose, self._jump
                 return False
             self._jump = ""
-        self.newest, self._believed = pose, (pose, way, now)
-        self.problem = self._others.problem(now, settling) or self._stuck(way)
+        self.newest, self._believed = pose, self._last
+        self.problem = self._cameras.problem(now, settling) or self._stuck(travelled)
         return not self.problem
-
-    def _from(
-        self, before: Floats, way_then: float, pose: Floats, now: float
-    ) -> tuple[float, float]:
-        """How far a pose is from one of before, and how far the platform may have moved meanwhile."""
-        change = self._coordinates.size(self._coordinates.way(before, pose))
-        return change, max(0.0, self._history.travelled(now) - way_then)
 
     def _goes_on(self, pose: Floats, now: float, jump: float, settling: float) -> bool:
         """Whether a pose is where the platform was believed to be a moment ago: what jumped is over."""
-        if not self._jump or self._believed is None:
+        believed = self._believed
+        if not self._jump or believed is None or now - believed.heard >= settling:
             return False
-        believed, way_then, when = self._believed
-        change, moved = self._from(believed, way_then, pose, now)
-        return now - when < settling and change <= jump + moved
+        return self._history.change_since(believed, pose, now).explained(jump)
 
-    def _note_jump(self, change: float, moved: float, now: float) -> None:
+    def _note_jump(self, change: PoseChange, now: float) -> None:
         self._agree_since, self._agreeing = now, 0
-        self._jumps.append((now, change))
+        self._jumps.append((now, change.measured))
         count = self._jumps_lately(now)
         often = f", {count} times in the last {_LATELY:g} s" if count > 1 else ""
         if not self._jump:
             self._jump_since = now
-        told, moved_told = distinct(change, moved, fewest=3)
+        told, moved_told = distinct(*change, fewest=3)
         self._jump = (
             f"the measured pose jumped by {told} rod lengths or rad{often}, "
             f"the platform moved by {moved_told}"
@@ -203,9 +191,13 @@ class MeasuredPose:
             self._jumps.popleft()
         return len(self._jumps)
 
-    def _stuck(self, way: float) -> str:
-        """Why numbers that stay the same are no measurement; empty if they may be one."""
-        moved = way - self._way_at_change
+    def _stuck(self, travelled: float) -> str:
+        """Why numbers that stay the same are no measurement; empty if they may be one.
+
+        Args:
+            travelled: By the platform until the newest was measured [rod lengths, rad].
+        """
+        moved = travelled - self._travelled_at_change
         if moved <= RESOLUTION:
             return ""
         return f"the measured pose does not change, the platform moved by {moved:.3g} rod lengths or rad"

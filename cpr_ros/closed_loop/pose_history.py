@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,9 @@ from cpr_core import Equilibrium
 
 from ..following.pose_coordinates import PoseCoordinates
 
-__all__ = ["HORIZON", "Place", "PoseHistory"]
+__all__ = ["HORIZON", "Place", "PoseChange", "PoseHistory", "Sighting"]
+
+Floats = NDArray[np.float64]
 
 #: How far back it is remembered [s].
 HORIZON = 5.0
@@ -35,9 +38,39 @@ class Place:
 
     time: float
     equilibrium: Equilibrium
-    pose: NDArray[np.float64]
+    pose: Floats
     travelled: float
     waiting: str
+
+
+class Sighting(NamedTuple):
+    """A measured pose, and how far the platform had come by then.
+
+    Attributes:
+        pose: Controlled coordinates.
+        travelled: Length of the way until it was measured, or a little before [rod lengths, rad].
+        heard: Steady time at which it came [s].
+    """
+
+    pose: Floats
+    travelled: float
+    heard: float
+
+
+class PoseChange(NamedTuple):
+    """From a measured pose to a later one.
+
+    Attributes:
+        measured: How far they are apart [rod lengths, rad].
+        platform: How far the platform may have moved meanwhile [rod lengths, rad].
+    """
+
+    measured: float
+    platform: float
+
+    def explained(self, jump: float) -> bool:
+        """Whether it is no more than the motion of the platform and a jump [rod lengths, rad]."""
+        return self.measured <= jump + self.platform
 
 
 class PoseHistory:
@@ -78,3 +111,8 @@ class PoseHistory:
         """Length of the whole way until then [rod lengths, rad]."""
         place = self.at(time)
         return place.travelled if place is not None else 0.0
+
+    def change_since(self, sighting: Sighting, pose: Floats, now: float) -> PoseChange:
+        """From a sighting to a measured pose that comes now [s]."""
+        apart = self._coordinates.size(self._coordinates.way(sighting.pose, pose))
+        return PoseChange(apart, max(0.0, self.travelled(now) - sighting.travelled))

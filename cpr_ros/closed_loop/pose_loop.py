@@ -112,7 +112,7 @@ class PoseLoop:
         """
         self.coordinates, self._period = pose_coordinates(robot), period
         self._history = PoseHistory(self.coordinates)
-        self._measured = MeasuredPose(self.coordinates, self._history, settings.timeout)
+        self._measured = MeasuredPose(self._history, settings.timeout)
         self._correction: Floats
         self._wanted: Floats
         self._distant: str  # why the robot is too far from the model to be corrected
@@ -190,8 +190,10 @@ class PoseLoop:
             several: Whether there may be several who measure it.
         """
         settings, space = self.settings, self.coordinates
-        age, limits = self._measured.watchdog.age(now), (settings.jump, settings.settling)
-        if not self._measured.take(pose, now, delay, *limits, several=several):
+        age = self._measured.watchdog.age(now)
+        if not self._measured.take(
+            pose, now, delay, jump=settings.jump, settling=settings.settling, several=several
+        ):
             return
         delay = max(0.0, delay)
         then, newest = self._history.at(now - delay), self._history.newest

@@ -14,42 +14,42 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..following.pose_coordinates import PoseCoordinates
-from .pose_history import PoseHistory
+from .pose_history import PoseHistory, Sighting
 
 __all__ = ["LATENESS", "RESOLUTION", "SeveralCameras"]
 
 Floats = NDArray[np.float64]
 
-#: The platform may move so far without a change of the measured numbers [rod lengths, rad], and
+#: How far the platform may move without a change of the measured numbers [rod lengths, rad].
 RESOLUTION = 2e-3
-#: so long: a measurement may be that late without telling.
+#: How late a measurement may be without its stamp saying so [s].
 LATENESS = 0.2
-#: Back from one place so often, each so soon after the one before [s], the platform is in two places.
+#: The platform is measured in two places if its pose comes back so many times from the same one, each
+#: time so soon after the time before [s].
 _OFTEN, _SOON = 5, 0.5
-#: So many numbers are looked through for those that are too old to come again.
+#: Poses that are too old to come again are forgotten when so many are known.
 _MANY = 100
 
 
 class SeveralCameras:
     """What several who measure the platform say against each other."""
 
-    def __init__(self, coordinates: PoseCoordinates, history: PoseHistory) -> None:
+    def __init__(self, history: PoseHistory) -> None:
         """Know nothing yet.
 
         Args:
-            coordinates: Of the robot.
             history: Where the model has the platform.
         """
-        self._coordinates, self._history = coordinates, history
+        self._history = history
         self.forget()
 
     def forget(self) -> None:
         """Be as if no pose had ever come."""
         self._problem, self._noticed = "", -math.inf
-        #: The way of the platform when numbers came first, and when they came last.
+        #: By the bytes of a pose: way of the platform until it came first, and when it came last.
         self._numbers: dict[bytes, tuple[float, float]] = {}
-        self._left: tuple[Floats, float, float] | None = None  # a place, the way then, and when
+        self._left: Sighting | None = None  # the place that the pose came back from
+        self._left_at = -math.inf
         self._returns = 0  # from there
 
     def problem(self, now: float, lasting: float) -> str:
@@ -65,10 +65,10 @@ class SeveralCameras:
             measured: Steady time at which it was measured, by its stamp [s].
             now: Steady time [s].
         """
-        key, nothing = pose.tobytes(), (self._history.travelled(measured), now)
-        first, last = self._numbers.get(key, nothing)
+        key, travelled = pose.tobytes(), self._history.travelled(measured)
+        first, last = self._numbers.get(key, (travelled, now))
         if now - last > LATENESS:
-            first = nothing[0]
+            first = travelled
         self._numbers[key] = first, now
         if way - first > RESOLUTION:
             self._note(
@@ -78,24 +78,23 @@ class SeveralCameras:
             )
         if len(self._numbers) > _MANY:
             known = self._numbers.items()
-            self._numbers = {key: way for key, way in known if now - way[1] <= LATENESS}
+            self._numbers = {key: came for key, came in known if now - came[1] <= LATENESS}
 
-    def came_back(self, place: Floats, way: float, apart: float, jump: float, now: float) -> None:
+    def came_back(self, place: Sighting, apart: float, jump: float, now: float) -> None:
         """Notice two places.
 
         Args:
             place: Where the pose had jumped to.
-            way: Of the platform then [rod lengths, rad].
-            apart: How far that is from where it is now.
+            apart: How far that is from where it is now [rod lengths, rad].
             jump: How far poses of one place may be apart, beyond the motion of the platform.
             now: Steady time [s].
         """
-        before, self._left = self._left, (place, way, now)
-        if before is None or now - before[2] > _SOON:
+        before, self._left = self._left, place
+        left_at, self._left_at = self._left_at, now
+        if before is None or now - left_at > _SOON:
             self._returns = 1
             return
-        moved = max(0.0, self._history.travelled(now) - before[1])
-        same = self._coordinates.size(self._coordinates.way(before[0], place)) <= jump + moved
+        same = self._history.change_since(before, place.pose, now).explained(jump)
         self._returns = self._returns + 1 if same else 1
         if self._returns >= _OFTEN:
             self._note(

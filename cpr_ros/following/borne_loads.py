@@ -22,12 +22,16 @@ from .supervision import Refusal
 
 __all__ = ["BorneLoads", "Snapped"]
 
-#: A tick that gets less far than this part of the way that is left has got nowhere: near where a branch
-#: ends nothing is told in the time of a tick. After so many in a row the loads are taken for not borne;
-#: they are asked for again, not all the time. A longer tick would tell more, but streams wait for it.
-_NOWHERE, _PATIENCE = 0.01, 4
+#: A tick that follows less than this part of what is left of the way has got nowhere: near the end of
+#: a branch the time of a tick is too short to tell whether the loads are borne. A longer tick would
+#: tell more, but streams wait for it.
+_NOWHERE = 0.01
+#: After so many ticks in a row that got nowhere the loads are taken for not borne, and are asked for
+#: again only now and then.
+_PATIENCE = 4
 
-#: That the robot may have snapped is told for so long [s]: messages are made between ticks, some later.
+#: How long it is told that the robot may have snapped [s]: messages are made between ticks, some of
+#: them later.
 _TOLD = 0.3
 
 _WAY_OUT = "measure the motors, or apply a solution from home"

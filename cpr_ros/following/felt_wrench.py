@@ -20,6 +20,7 @@ from cpr_core.errors import distinct
 from cpr_core.model.world_response import effort_units
 
 from .judged_steps import LARGEST_CHANGE
+from .news import News
 from .steps import change_between
 from .watchdog import Watchdog
 
@@ -27,15 +28,17 @@ __all__ = ["FeltWrench", "WrenchSettings"]
 
 Floats = NDArray[np.float64]
 
-#: Longest time that one estimate takes, and how long nothing is looked for after one that failed [s].
-_LONGEST, _REST = 0.02, 0.1
-#: Standard deviation of efforts that nobody named, in natural units.
+#: Longest time of one estimate [s].
+_LONGEST = 0.02
+#: After an estimate that failed none is tried for this time [s].
+_REST = 0.1
+#: Standard deviation of measured efforts, in natural units, where nobody gives one.
 _DEFAULT_PART = 0.01
-#: A pose is of the same time as the motors up to this [s].
+#: A measured pose is used if it is no older or newer than the motors by more than this [s].
 _SAME_TIME = 0.1
-#: Over how long the speed of motors is looked at, at least [s].
+#: Shortest time over which the speed of the motors is measured [s].
 _SPEED_OVER = 0.008
-#: After so long without efforts a wrench is looked for anew [s].
+#: After this time without efforts the last estimate is no start for the next one [s].
 _FORGET = 0.5
 
 
@@ -162,15 +165,15 @@ class FeltWrench:
         """Why there is no estimate now; empty: there is one."""
         return self._why(now)[1]
 
-    def announcement(self, now: float) -> tuple[str, str]:
-        """What the log is to be told now, a warning and an information, each once."""
+    def announcement(self, now: float) -> News:
+        """What the log is to be told now."""
         kind, reason = self._why(now)
         before, self._announced = self._announced, kind
         if kind and kind != before:
-            return f"no wrench is estimated: {reason}", ""
+            return News(warning=f"no wrench is estimated: {reason}")
         if before and not kind:
-            return "", "the wrench is estimated"
-        return "", ""
+            return News(information="the wrench is estimated")
+        return News()
 
     def _why(self, now: float) -> tuple[str, str]:
         """The kind of reason for which there is no estimate, and the reason."""

@@ -20,17 +20,17 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.model.assessment import Assessment
 
-from .goals import motor_steps
 from .judged_steps import LARGEST_CHANGE
 from .motion_settings import WATCHED, Settings
+from .motor_ways import motor_steps
 from .setpoint_following import SetpointFollower
 from .surroundings import Surroundings
 
 __all__ = ["FirstStep"]
 
-#: The robot rests for so long before it looks around: setpoints may follow each other closely [s].
+#: How long the robot rests before it looks around: setpoints may follow each other closely [s].
 _QUIET = 0.02
-#: Between two looks there is time for what comes in between [s].
+#: Time between two looks, for whatever else comes in [s].
 _BREATH = 0.002
 
 

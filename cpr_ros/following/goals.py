@@ -20,6 +20,7 @@ from cpr_core.model.assessment import Assessment
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
+from .motor_ways import largest_way
 from .pose_coordinates import pose_coordinates
 
 __all__ = [
@@ -28,14 +29,12 @@ __all__ = [
     "MotorGoal",
     "MotorSetpoint",
     "PoseGoal",
-    "largest_way",
-    "motor_steps",
     "whole",
 ]
 
 Floats = NDArray[np.float64]
 
-#: Overshoot of a step, relative, that is rounding.
+#: By what part a step may be longer than it should be: that much is rounding.
 SLACK = 1e-6
 
 
@@ -243,25 +242,6 @@ class _Way(NamedTuple):
     length: float
 
 
-def largest_way(first: Floats, last: Floats, units: list[float]) -> float:
-    """Largest way of a motor between two places, (n,) each, every one in a unit of its own."""
-    # Not with numpy, which takes several times as long on so few numbers when it has not run lately.
-    ways = zip(first.tolist(), last.tolist(), units, strict=True)
-    return max((abs(after - before) / unit for before, after, unit in ways), default=0.0)
-
-
-def motor_steps(robot: Robot, max_speed: float, period: float) -> Floats:
-    """How far every motor may go in a tick, (n,) [rad or m].
-
-    Args:
-        robot: The robot; a motor with a speed limit keeps it.
-        max_speed: Speed no motor exceeds, behind its gear [rad/s, rod lengths/s].
-        period: Time of a tick [s].
-    """
-    own = [motor.limits.speed for motor in robot.description.motors]
-    return period * np.minimum(own, max_speed * robot.motor_units)
-
-
 def whole(fraction: float) -> float:
-    """A fraction of the way, the whole of it if nothing worth a step of its own would be left."""
+    """A fraction of the way; the whole of it if what would be left is not worth a step of its own."""
     return 1.0 if fraction > 1.0 - 0.5 * SLACK else fraction

@@ -16,8 +16,9 @@ from cpr_core import Equilibrium, Robot
 from cpr_core.errors import distinct
 from cpr_core.model.assessment import Assessment
 
-from .goals import Goal, MotorGoal, PoseGoal, largest_way, motor_steps, whole
+from .goals import Goal, MotorGoal, PoseGoal, whole
 from .motion_settings import Settings
+from .motor_ways import largest_way, motor_steps
 from .pose_steps import PoseSteps, TickWay
 from .refused_step import RefusedStep, Step
 from .steps import Undecided, attempt, change_between, falls

@@ -16,7 +16,7 @@ from .watchdog import Watchdog
 
 __all__ = ["MeasuredMotors", "MotorMeasurement"]
 
-#: Commands wait no longer for motors that are measured no more [s].
+#: When none is ever too old, commands that wait for motors give up after this time without one [s].
 _SILENT = 1.0
 
 

@@ -13,7 +13,7 @@ from cpr_core.errors import distinct
 
 __all__ = ["BESIDE", "within_range"]
 
-#: So far beyond the end of its range a motor that rests there may be measured [rad, rod lengths].
+#: How far beyond the end of its range a motor that rests there may be measured [rad, rod lengths].
 BESIDE = 1e-3
 
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.errors import distinct
 
-from .goals import largest_way
 from .measured_motors import MotorMeasurement
+from .motor_ways import largest_way
 
 __all__ = ["Elsewhere", "MotorArrival"]
 

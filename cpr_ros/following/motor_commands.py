@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 
-from .goals import largest_way, motor_steps
+from .motor_ways import largest_way, motor_steps
 
 __all__ = ["MotorCommands"]
 
@@ -33,7 +33,7 @@ class MotorCommands:
     Attributes:
         newest: The last command, or where the motors are known to be, (n,) [rad or m]; None: nothing
             is known, the first command goes anywhere.
-        said: Whether it may be said again: not where others have moved the motors.
+        repeatable: Whether it may be sent again: not where others have moved the motors.
         waits: Whether the last step was none: measured motors are too far behind.
         max_lead: Commands are ahead of measured motors by what these do at full speed in so long at most
             [s], or in a tick; 0: by anything.
@@ -49,12 +49,12 @@ class MotorCommands:
         """
         self.robot, self.period, self.max_lead = robot, period, max_lead
         self.newest: Floats | None = None
-        self.said, self.waits = True, False
+        self.repeatable, self.waits = True, False
         self._speed, self._steps = math.nan, list[float]()
 
-    def place(self, motors: Floats | None, *, said: bool = True) -> None:
+    def place(self, motors: Floats | None, *, repeatable: bool = True) -> None:
         """Take note of where the motors are, (n,): measured, or commanded before."""
-        self.said, self.waits = said, False
+        self.repeatable, self.waits = repeatable, False
         self.newest = None if motors is None else np.array(motors, float)
 
     def aligned_with(self, motors: Floats) -> bool:
@@ -83,7 +83,7 @@ class MotorCommands:
             part = min(part, in_reach)
             if part < 1.0:
                 command = self.newest + part * (command - self.newest)
-        self.newest, self.said, self.waits = command, True, False
+        self.newest, self.repeatable, self.waits = command, True, False
         return command
 
     def part_in_reach(self, motors: Floats, max_speed: float, measured: Floats | None) -> float:

@@ -7,13 +7,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MotorPath"]
+__all__ = ["MotorMotion", "MotorPath"]
 
 Floats = NDArray[np.float64]
+
+
+class MotorMotion(NamedTuple):
+    """Where motors are at a time, and how they move.
+
+    Attributes:
+        positions: (n,) [rad or m].
+        velocities: (n,) [rad/s or m/s].
+        accelerations: (n,) [rad/s^2 or m/s^2].
+    """
+
+    positions: Floats
+    velocities: Floats
+    accelerations: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,21 +102,19 @@ class MotorPath:
         """When it ends [s]."""
         return float(self.breaks[-1])
 
-    def at(self, time: float) -> tuple[Floats, Floats, Floats]:
-        """Positions, velocities and accelerations at a time, (n,) each."""
+    def at(self, time: float) -> MotorMotion:
+        """The motors at a time [s]."""
         if time >= self.end:
-            return self.last.copy(), np.zeros_like(self.last), np.zeros_like(self.last)
+            return _at_rest(self.last)
         if time < self.begin:
-            return self.pieces[0, 0].copy(), np.zeros_like(self.last), np.zeros_like(self.last)
+            return _at_rest(self.pieces[0, 0])
         number = int(np.searchsorted(self.breaks, time, side="right")) - 1
         return _evaluated(self.pieces[number], time - float(self.breaks[number]))
 
-    def at_end(self) -> tuple[Floats, Floats, Floats]:
-        """Positions, velocities and accelerations the motors arrive with, (n,) each."""
-        _, velocities, accelerations = _evaluated(
-            self.pieces[-1], float(self.breaks[-1] - self.breaks[-2])
-        )
-        return self.last.copy(), velocities, accelerations
+    def at_end(self) -> MotorMotion:
+        """The motors as they arrive: not at rest yet."""
+        arriving = _evaluated(self.pieces[-1], float(self.breaks[-1] - self.breaks[-2]))
+        return arriving._replace(positions=self.last.copy())
 
     def positions(self, times: ArrayLike) -> Floats:
         """Motors at many times, (T, n)."""
@@ -150,7 +163,7 @@ class MotorPath:
         pieces = np.zeros((len(breaks) - 1, 6, len(self.last)))
         for number, time in enumerate(breaks[:-1]):
             pieces[number] = self._from(float(time))
-        return MotorPath(breaks - first + begin, pieces, self.at(last)[0])
+        return MotorPath(breaks - first + begin, pieces, self.at(last).positions)
 
     def then(self, path: MotorPath) -> MotorPath:
         """This one and, from its end on, another one that begins there."""
@@ -161,7 +174,7 @@ class MotorPath:
         """Coefficients of a piece that begins within one of these, (6, n)."""
         found = np.zeros((6, len(self.last)))
         if not self.begin <= time < self.end:
-            found[0] = self.at(time)[0]
+            found[0] = self.at(time).positions
             return found
         number = int(np.searchsorted(self.breaks, time, side="right")) - 1
         since, c = time - self.breaks[number], self.pieces[number]
@@ -171,21 +184,25 @@ class MotorPath:
         return found
 
 
-def _evaluated(piece: Floats, since: float) -> tuple[Floats, Floats, Floats]:
-    """Positions, velocities and accelerations within a piece, (n,) each."""
+def _at_rest(motors: Floats) -> MotorMotion:
+    return MotorMotion(motors.copy(), np.zeros_like(motors), np.zeros_like(motors))
+
+
+def _evaluated(piece: Floats, since: float) -> MotorMotion:
+    """The motors some time [s] after a piece, (6, n), begins."""
     powers = since ** np.arange(6.0)
     numbers = np.arange(6.0)
-    return (
+    return MotorMotion(
         powers @ piece,
         (numbers[1:] * powers[:-1]) @ piece[1:],
         (numbers[2:] * numbers[1:-1] * powers[:-2]) @ piece[2:],
     )
 
 
-#: How often a power is in one of a sum: row k, column n is n over k.
+#: Binomial coefficients: row k, column n is n over k.
 _BINOMIALS = tuple(tuple(float(math.comb(n, k)) for n in range(6)) for k in range(6))
-#: Coefficients of Bernstein of a polynomial of degree 4 from those of its powers: between 0 and 1 it is
-#: between the smallest and the largest of them.
+#: From the coefficients of a polynomial of degree 4 to those in the Bernstein basis, which bound it
+#: between 0 and 1: it stays between the smallest and the largest of them.
 _BERNSTEIN = np.array([[math.comb(i, k) / math.comb(4, k) for k in range(5)] for i in range(5)])
 
 

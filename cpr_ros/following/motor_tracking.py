@@ -29,12 +29,14 @@ __all__ = ["MotorTracking"]
 
 Floats = NDArray[np.float64]
 
-#: Longest way in one step [rad, rod lengths]: stability is looked at in between.
+#: Longest way of a motor in one step [rad, rod lengths]: stability is looked at after each.
 LONGEST_WAY = 0.1
 #: A tick takes a step for each such time of its period [s], and at least one: motors are kept up with
-#: however seldom ticks come. Streams wait for it for half of the period at most.
-_STEP_TIME, _SHARE = 0.005, 0.5
-#: Parts of it that are tried, one after the other: where the robot is soft, smaller steps help.
+#: however seldom ticks come.
+_STEP_TIME = 0.005
+#: Part of a period that these steps may take: streams wait for them.
+_SHARE = 0.5
+#: Parts of that way that are tried one after the other: where the robot is soft, smaller steps help.
 _PARTS = (1.0, 0.25, 0.0625)
 
 

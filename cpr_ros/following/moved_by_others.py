@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.errors import distinct
 
-from .goals import largest_way, motor_steps
+from .motor_ways import largest_way, motor_steps
 from .standstill import RESTING, Standstill
 from .two_places import OFTEN, TwoPlaces, apart_in_words
 
@@ -28,18 +28,22 @@ __all__ = ["SETTLING", "MovedByOthers"]
 
 Floats = NDArray[np.float64]
 
-#: Motors may arrive so much later than their last command, and have to rest for so long elsewhere [s].
+#: How much later than their last command motors may arrive, and how long they have to rest elsewhere
+#: before the robot is begun with there [s].
 SETTLING = 0.5
-#: Measured elsewhere for so long they are there. A wrong number may be said again by whoever reads the
-#: encoders less often than it publishes them [s].
+#: After they were measured elsewhere for this time, they are there. Whoever reads the encoders less
+#: often than it publishes them may repeat a wrong number [s].
 _CERTAIN = 0.05
-#: It is looked for so long whether several agree where motors are that are measured first [s], and so
-#: many returns are none.
-_TRIAL, _OFTEN_ON_TRIAL = 1.0, 2
-#: So many tolerances between a place and the one with the other sign: nobody comes there by chance.
+#: How long it is watched, where motors are measured for the first time, whether all who publish them
+#: agree [s].
+_TRIAL = 1.0
+#: How many returns to an earlier place show meanwhile that they do not; later on it takes more.
+_OFTEN_ON_TRIAL = 2
+#: Motors that are measured at minus their commands have a wrong sign if that is farther from the
+#: commands than so many tolerances: nobody comes there by chance.
 _FAR = 4.0
-#: Motors follow that go so much of their speed limit: those of slow robots rest for longer before it is
-#: said that they do not.
+#: Motors that follow are expected to go at this part of their speed limit at least: slow ones may
+#: rest for longer before they are said not to follow.
 FOLLOWING = 0.1
 
 
@@ -141,10 +145,9 @@ class MovedByOthers:
     def _limit_speed(self, max_speed: float) -> None:
         """Wait for as long as motors that follow may take to move at all."""
         if max_speed != self._max_speed:
-            slow = (
-                RESTING * self._robot.motor_units / motor_steps(self._robot, max_speed, FOLLOWING)
-            )
-            self._patience = max(SETTLING, float(slow.max(initial=0.0)))
+            slowest = FOLLOWING * motor_steps(self._robot, max_speed, 1.0)  # in a second
+            times = RESTING * self._robot.motor_units / slowest
+            self._patience = max(SETTLING, float(times.max(initial=0.0)))
             self._max_speed = max_speed
 
     def take(
@@ -222,8 +225,10 @@ class MovedByOthers:
 
     def _words(self) -> str:
         """That the motors were measured farther from their last command than is tolerated."""
-        if not 0.0 < self._tolerance < self._way:  # then only commands that wait for them say so
-            return self._waited_for * (
+        if not 0.0 < self._tolerance < self._way:
+            if not self._waited_for:
+                return ""
+            return (
                 f"the motors do not follow: one was measured {self._way:.3g} (rad or rod lengths) from "
                 f"its command, as far as max_lead allows, and all at rest for {self._patience:.3g} s "
                 "while commands waited for them"

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from cpr_core import InvalidRequest, Robot
 from cpr_core.model.assessment import Assessment
 
-from .goals import SLACK, MotorGoal, PoseGoal, largest_way, whole
+from .goals import SLACK, MotorGoal, PoseGoal, whole
+from .motor_ways import largest_way
 from .steps import Undecided, attempt
 from .supervision import Refusal
 
@@ -26,17 +27,19 @@ __all__ = ["PoseSteps", "TickWay"]
 
 Floats = NDArray[np.float64]
 
-#: Part of a tick's way that the first step makes: along the tangent, which is not quite straight.
+#: Part of a tick's way that the first step makes where it is not the last: it goes along the tangent,
+#: and leaves the straight way by the square of its length.
 _FIRST = 0.1
-#: Of what a step is expected to take, so that it need not be solved again.
+#: Part of the motors' speed that a step is planned for, so that it rarely has to be solved again.
 _EXPECTED = 0.9
-#: Part of a tick's way that feels it.
-_FELT = 1e-3
-#: How often a step is made shorter.
+#: Part of a tick's way that a step makes while it is not known how far motors go for it.
+_PROBE = 1e-3
+#: How many times a step is solved at most, shorter each time.
 _ATTEMPTS = 6
-#: A step that leads no nearer than this has told nothing [rad, rod lengths].
+#: Progress of a step is taken to be this at least where it is divided by [rad, rod lengths].
 _NO_NEARER = 1e-9
-#: Motors that need fewer ticks for a rad or a rod length of the platform hardly move.
+#: Ticks of motors for a rad or a rod length of the platform are taken to be this many at least where
+#: they are divided by: motors hardly move.
 _NO_TICKS = 1e-9
 
 
@@ -103,7 +106,7 @@ class PoseSteps:
         start, remaining = current.equilibrium, goal.remaining(current.equilibrium)
         way = factor * tick.platform
         if math.isnan(self._ticks_per_way):
-            way *= _FELT
+            way *= _PROBE
         else:
             way = min(way, _EXPECTED * factor / max(self._ticks_per_way, _NO_TICKS))
         for _ in range(_ATTEMPTS):

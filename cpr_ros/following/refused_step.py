@@ -17,7 +17,7 @@ from .supervision import Refusal
 
 __all__ = ["RefusedStep", "Step"]
 
-#: So much longer than it took, a step that was not decided is not asked for again.
+#: A step that was not decided is asked for again after this many times as long as that took.
 _PATIENCE = 10.0
 
 

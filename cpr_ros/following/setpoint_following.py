@@ -35,12 +35,13 @@ __all__ = ["ARRIVED", "OtherMotors", "SetpointFollower"]
 
 Floats = NDArray[np.float64]
 
-#: Speed that is left just above a stop threshold, so that the halt is reached in finite time.
+#: Part of their speed that motors keep just above a stop threshold, so that the halt is reached in
+#: finite time.
 CREEP = 0.02
-#: Where motors are behind a step ends so far inside of their reach, part of it: along the way to a pose
-#: they do not go straight.
+#: Where measured motors are behind, a step ends at this part of what they may be ahead: on the way to
+#: a pose they do not go straight.
 _INSIDE = 0.98
-#: Part of a step that is none.
+#: A step that is shortened to less than this part is not taken.
 _NOWHERE = 1e-3
 #: Smallest part of a step that is tried; when it is refused, the robot is halted.
 SMALLEST_REACH = 1.0 / 64.0

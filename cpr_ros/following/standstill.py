@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 
-from .goals import largest_way
+from .motor_ways import largest_way
 
 __all__ = ["GONE_ON", "RESTING", "Standstill"]
 
@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 
 #: Motors that move by less are at rest [rad, rod lengths].
 RESTING = 0.01
-#: Commands have gone on when they are farther away: motors that are late may rest anywhere within
-#: `RESTING`, and may have been sent to either side of it [rad, rod lengths].
+#: Commands have gone on when they are farther away than this: motors that are late may rest anywhere
+#: within `RESTING`, and may have been sent to either side of it [rad, rod lengths].
 GONE_ON = 2.0 * RESTING
 
 

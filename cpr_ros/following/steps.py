@@ -31,7 +31,8 @@ __all__ = ["LONGEST_SOLVE", "Undecided", "attempt", "change_between", "falls"]
 
 #: Longest time that a solution of a tick may take [s]: meanwhile the node hears nothing.
 LONGEST_SOLVE = 0.1
-#: Part of that time in which the thread had the processor, if it was the solution that took it.
+#: If the thread had the processor for less than this part of that time, others took it, and the
+#: solution is tried once more.
 _WORKED = 0.5
 
 

@@ -30,9 +30,9 @@ from cpr_core.model.configurations import SAME_EQUILIBRIUM
 from cpr_core.solving.deadline import Deadline
 
 from ..error_codes import RequestError
-from .goals import largest_way
 from .motion_settings import ON_WAY_TO_MOTORS
 from .motor_path import MotorPath
+from .motor_ways import largest_way
 from .steps import change_between
 from .trajectory_order import TrajectoryRefused
 from .trajectory_plan import TrajectoryPlan
@@ -41,7 +41,7 @@ __all__ = ["Hindrance", "check_straight_way", "hindrance_on_straight_way"]
 
 Floats = NDArray[np.float64]
 
-#: Measures are looked at this often on the way [rad, rod lengths].
+#: Way between two looks at the measures [rad, rod lengths].
 _LOOK = 0.02
 
 

@@ -23,7 +23,7 @@ __all__ = [
     "Verdict",
     "below_warnings",
     "next_action",
-    "seen",
+    "slowed_where_unseen",
     "verdict",
 ]
 
@@ -133,8 +133,8 @@ class Verdict:
     distance: float
 
 
-def seen(told: Verdict, unseen: str) -> Verdict:
-    """What is told of a robot that is to be measured and is not: at least to be slow.
+def slowed_where_unseen(told: Verdict, unseen: str) -> Verdict:
+    """What is told of a robot that is to be measured and is not: to be slow at least.
 
     Args:
         told: Of what the model knows.

@@ -20,8 +20,8 @@ __all__ = ["Surroundings"]
 
 Floats = NDArray[np.float64]
 
-#: Motors that move together, and curvature, may change a measure by so much more than what each motor
-#: does alone adds up to.
+#: Factor on the sum of what single motors change of a measure: for motors that move together, and for
+#: curvature.
 _TOGETHER = 2.0
 
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
@@ -15,79 +15,34 @@ from cpr_core import Robot
 from cpr_core.errors import distinct
 from cpr_core.model.assessment import Assessment
 
-from .goals import motor_steps
 from .measured_motors import MeasuredMotors
 from .motion_settings import ON_WAY_TO_MOTORS
 from .motor_path import MotorPath
+from .motor_ways import motor_steps
 from .outcome import Outcome
 from .setpoint_following import SetpointFollower
 from .supervision import State
 from .trajectory_goal import TrajectoryGoal
+from .trajectory_motion import Ending, Motion
 from .trajectory_order import TrajectoryOrder, TrajectoryRefused, ordered_path
 from .trajectory_plan import TrajectoryPlan
-from .trajectory_tolerances import arrived, broken_tolerance
+from .trajectory_tolerances import TrajectoryTolerances
 
-__all__ = ["Ending", "Motion", "Trajectories"]
+__all__ = ["Trajectories"]
 
-#: A trajectory may take so long, waiting for its start included [s].
+#: Longest duration of a trajectory, waiting for its start included [s].
 LONGEST = 600.0
-#: Solving begins at once if nothing moves, and holds up the node for so long at most [s].
+#: If nothing moves, solving begins at once, and holds up the node for this time at most [s].
 _FIRST_GO = 0.015
-#: Part of a tick that solving takes while other things go on.
+#: Part of every tick that solving takes later, while other things go on.
 _SHARE = 0.5
 #: Time it takes to solve a tick, until that is known [s].
 _TICK_WORK = 1e-4
-#: A trajectory is joined when it will be solved, as far as that is known, and so much later.
+#: A trajectory is joined after this many times as long as solving it is expected to take.
 _RESERVE = 1.5
-#: One with a stamp takes the place of an older one so shortly before it is joined [ticks]: more than the
-#: older one goes on in a tick, so that no tick passes the moment by.
+#: How long before it is joined a trajectory with a stamp takes the place of an older one [ticks]:
+#: more than the older one goes on in a tick, so that no tick passes the moment by.
 _BEFORE_JOINED = 3.0
-
-
-@dataclass(frozen=True)
-class Ending:
-    """How a trajectory ended.
-
-    Attributes:
-        val: Number of cpr_msgs/ErrorCode.
-        message: For a person; empty with SUCCESS.
-        time: When, since its start [s].
-        measure: What stood against it.
-    """
-
-    val: int
-    message: str = ""
-    time: float = 0.0
-    measure: str = ""
-
-
-@dataclass(eq=False)
-class Motion:
-    """A trajectory from its order to its end.
-
-    Attributes:
-        order: What was ordered.
-        plan: Its path, and equilibria along it.
-        told: Called with its end, once.
-        own_time: Where on its path it would be now, in its own time, before it has begun.
-        join: Until then, in its own time, the path is what the motors did before [s].
-        after: How many orders the follower had had when it came; more of them are newer.
-        since: When solving its plan began, steady time [s].
-        stamp: When its own time is zero, steady time [s]; None: as soon as it is solved.
-        goal: What the follower follows; None: it has not begun.
-        cut_off: Whether the one it was to go on from has ended early.
-    """
-
-    order: TrajectoryOrder
-    plan: TrajectoryPlan
-    told: Callable[[Ending], None]
-    own_time: Callable[[float], float]
-    join: float
-    after: int
-    since: float
-    stamp: float | None
-    goal: TrajectoryGoal | None = None
-    cut_off: bool = False
 
 
 class Trajectories:
@@ -118,7 +73,7 @@ class Trajectories:
         order: TrajectoryOrder,
         current: Assessment,
         now: float,
-        told: Callable[[Ending], None],
+        on_end: Callable[[Ending], None],
     ) -> Motion:
         """Take an order. A setpoint is forgotten; a trajectory goes on until this one is solved.
 
@@ -126,7 +81,7 @@ class Trajectories:
             order: The order, with points.
             current: Where the robot is.
             now: Steady time [s].
-            told: Called with its end, once, perhaps before this returns; must not raise.
+            on_end: Called with its end, once, perhaps before this returns; must not raise.
 
         Raises:
             TrajectoryRefused: It cannot be followed from here; what is followed goes on.
@@ -144,14 +99,14 @@ class Trajectories:
             self._follower.drop("a trajectory came")
             plan.advance(_FIRST_GO)
         stamp = None if order.start_in is None else now + order.start_in
-        motion = Motion(order, plan, told, own_time, join, self._follower.orders, now, stamp)
+        motion = Motion(order, plan, on_end, own_time, join, self._follower.orders, now, stamp)
         self.coming = motion
         self._begin_if_solved(current, now)
         return motion
 
     def cancel(self, motion: Motion) -> None:
         """End one; the robot holds."""
-        cancelled = Ending(ErrorCode.PREEMPTED, "the trajectory was cancelled", self._time(motion))
+        cancelled = Ending(ErrorCode.PREEMPTED, "the trajectory was cancelled", motion.time)
         if motion is self.coming:
             self._end_coming(cancelled)
         elif motion is self.running:
@@ -162,7 +117,7 @@ class Trajectories:
         if self.coming is not None:
             self._end_coming(Ending(val, reason))
         if self.running is not None:
-            self._end_running(Ending(val, reason, self._time(self.running)))
+            self._end_running(Ending(val, reason, self.running.time))
 
     def before_tick(self, current: Assessment, now: float) -> None:
         """Go on solving, and begin what is solved."""
@@ -190,18 +145,16 @@ class Trajectories:
             return
         due = goal.due(now)
         current, names = outcome.assessment.equilibrium, self._robot.motor_names
+        tolerances = TrajectoryTolerances(names, order, goal.path, self._period)
         measured, missing = self._measured.newest(now), self._measured.missing(now)
-        if goal.remaining(current) == 0.0 and arrived(order, goal.path, measured, missing):
+        if goal.remaining(current) == 0.0 and tolerances.arrived(measured, missing):
             self.running = None
             self._rest_until_joined()
-            motion.told(Ending(ErrorCode.SUCCESS, "", due))
+            motion.on_end(Ending(ErrorCode.SUCCESS, "", due))
             return
-        beyond = broken_tolerance(
-            names, order, goal.path, due, current.motors, measured, missing, self._period
-        )
-        if beyond:
-            measure, text = beyond
-            self._end_running(Ending(ErrorCode.CONTROL_FAILED, text, due, measure))
+        broken = tolerances.broken(due, current.motors, measured, missing)
+        if broken is not None:
+            self._end_running(Ending(ErrorCode.CONTROL_FAILED, broken.text, due, broken.name))
 
     def _planned(
         self, order: TrajectoryOrder, current: Assessment, now: float, pace: float
@@ -288,7 +241,7 @@ class Trajectories:
         running = self.running
         if running is not None and self._follower.goal is not running.goal:
             self.running = None
-            running.told(Ending(ErrorCode.PREEMPTED, newer, self._time(running)))
+            running.on_end(Ending(ErrorCode.PREEMPTED, newer, running.time))
         coming = self.coming
         if coming is not None and self._follower.orders != coming.after:
             self._end_coming(Ending(ErrorCode.PREEMPTED, f"{newer} before it began"))
@@ -318,7 +271,7 @@ class Trajectories:
     def _begin(self, coming: Motion, current: Assessment, now: float) -> None:
         own = coming.own_time(now)
         before = None if self.running is None else self.running.goal
-        way = np.abs(coming.plan.path.at(own)[0] - current.equilibrium.motors)
+        way = np.abs(coming.plan.path.at(own).positions - current.equilibrium.motors)
         if np.any(way > motor_steps(self._robot, self._follower.settings.max_speed, self._period)):
             text = "the robot was moved while the trajectory was solved"
             self._end_coming(Ending(ErrorCode.PREEMPTED, text))
@@ -336,13 +289,13 @@ class Trajectories:
         self._follower.follow(coming.goal, now, ages=False)  # all of it has come already
         replaced, self.running, self.coming = self.running, coming, None
         if replaced is not None:
-            newer = Ending(ErrorCode.PREEMPTED, "a newer trajectory came", self._time(replaced))
-            replaced.told(newer)
+            newer = Ending(ErrorCode.PREEMPTED, "a newer trajectory came", replaced.time)
+            replaced.on_end(newer)
 
     def _end_coming(self, ending: Ending) -> None:
         motion, self.coming = self.coming, None
         if motion is not None:
-            motion.told(ending)
+            motion.on_end(ending)
 
     def _end_running(self, ending: Ending) -> None:
         motion, self.running = self.running, None
@@ -355,8 +308,4 @@ class Trajectories:
                 if self.coming is not None:
                     self.coming.after, self.coming.cut_off = self._follower.orders, True
         finally:  # nobody else will tell
-            motion.told(ending)
-
-    @staticmethod
-    def _time(motion: Motion) -> float:
-        return 0.0 if motion.goal is None else motion.goal.time
+            motion.on_end(ending)

@@ -91,7 +91,7 @@ class TrajectoryGoal:
         self, start: Equilibrium, fraction: float, loads: Loads, time_limit: float | None = None
     ) -> Equilibrium:
         """Forward problem at a fraction of the time that is left."""
-        motors = self.path.at(self.time + fraction * (self.path.end - self.time))[0]
+        motors = self.path.at(self.time + fraction * (self.path.end - self.time)).positions
         return solve_forward(start.robot, motors, start=start, loads=loads, time_limit=time_limit)
 
     def aim(self, start: Equilibrium, factor: float, limits: Floats) -> MotorGoal:
@@ -107,7 +107,7 @@ class TrajectoryGoal:
         first, last = self.time, furthest
 
         def motors_at(time: float) -> Floats:
-            return self.path.at(time)[0]
+            return self.path.at(time).positions
 
         def steps_to(time: float) -> float:
             return float((np.abs(motors_at(time) - start.motors) / limits).max(initial=0.0))

@@ -17,18 +17,19 @@ from cpr_core.description.doubted_requests import motors_doubt
 from cpr_core.errors import distinct, rounded_seconds
 
 from ..error_codes import RequestError
-from .goals import motor_steps
 from .motor_path import MotorPath
+from .motor_ways import motor_steps
 
 __all__ = ["TrajectoryOrder", "TrajectoryRefused", "ordered_path"]
 
 Floats = NDArray[np.float64]
 
-#: A first point that is due at once may be so far from the commands [rad, rod lengths].
+#: How far a first point that is due at once may be from the commands [rad, rod lengths].
 NEAR = 0.01
 #: What rounding may add to a speed, relative.
 _SLACK = 1e-6
-#: Pieces whose largest speeds are looked for at once: one that is too fast ends it.
+#: How many pieces are searched for their largest speeds at a time: the first one that is too fast
+#: ends the search.
 _AT_ONCE = 100
 
 
@@ -153,7 +154,7 @@ def _check_beginning(
         if len(order.times) > 1
         else MotorPath.rest(0.0, 1.0, order.positions[0])
     )
-    at = path.at(join)[0]
+    at = path.at(join).positions
     allowed = NEAR * robot.motor_units + limits * (join - order.times[0])
     for number in np.flatnonzero(~(np.abs(at - motors) <= allowed)):
         position, command = distinct(float(at[number]), float(motors[number]), fewest=6)

@@ -34,11 +34,13 @@ _FIRST_STRIDE = 10
 _LONGEST = 0.05
 #: Part of it that a stride is expected to take at most; robots with many modes are slow.
 _EXPECTED = 0.5
-#: How often that may pass without one of them solved: a busy machine takes time away, too.
+#: How many times in a row a stride may be over without a tick solved: a busy machine takes time away,
+#: too.
 _FRUITLESS = 10
-#: A motor turns back if it then moves by more than this [rad, rod lengths]: what rests may be noisy.
+#: A motor turns back if it moves back by more than this [rad, rod lengths]: one that rests may be
+#: noisy.
 _NOISE = 1e-5
-#: Measures that are looked at in every tick, all at once.
+#: Measures that are looked at in every tick, of all ticks at once.
 _OF_MOTORS = ("motor_range", "effort_reserve")
 #: Reasons of what stops a walk: the measure of which nothing is left, if it is one.
 _EVENTS = {measure.event: name for name, measure in MEASURES.items() if measure.event} | {

@@ -10,7 +10,8 @@ commands, or not follow them at all.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,114 +23,131 @@ from .motor_path import MotorPath
 from .moved_by_others import SETTLING
 from .trajectory_order import TrajectoryOrder
 
-__all__ = ["arrived", "broken_tolerance"]
+__all__ = ["BrokenTolerance", "TrajectoryTolerances"]
 
 Floats = NDArray[np.float64]
 
-#: Ticks that a command may come late.
+#: How late a command may come [ticks].
 _LATE_TICKS = 2.0
 
 
-def arrived(
-    order: TrajectoryOrder, path: MotorPath, measured: MotorMeasurement | None, missing: str
-) -> bool:
-    """Whether motors that are measured are as near to the end as the order wants.
+class BrokenTolerance(NamedTuple):
+    """A tolerance that does not hold.
 
-    Args:
-        order: What was ordered.
-        path: The path that is followed.
-        measured: Where the motors were measured; None: nobody knows.
-        missing: Why nobody knows, though they are measured; empty: nobody measures.
+    Attributes:
+        name: Field of the order.
+        text: Why, for a person.
     """
-    if measured is None:
-        return not missing or not np.any(np.isfinite(order.goal_tolerance))
-    return not np.any(np.abs(path.last - measured.motors) > order.goal_tolerance)
+
+    name: str
+    text: str
 
 
-def broken_tolerance(
-    names: Sequence[str],
-    order: TrajectoryOrder,
-    path: MotorPath,
-    due: float,
-    commands: Floats,
-    measured: MotorMeasurement | None,
-    missing: str,
-    period: float,
-) -> tuple[str, str] | None:
-    """Which tolerance does not hold, and why in words; None: all hold.
+@dataclass(frozen=True, eq=False)
+class TrajectoryTolerances:
+    """What a trajectory allows its motors.
 
-    Args:
-        names: Of the motors.
+    Attributes:
+        motor_names: Of the robot.
         order: What was ordered.
         path: The path that is followed.
-        due: Its time, had it never been slowed down [s].
-        commands: Where the motors are sent, (n,) [rad or m].
-        measured: Where they were measured; None: nobody knows.
-        missing: Why nobody knows, though they are measured; empty: nobody measures.
         period: Time of a tick [s].
     """
-    longest = max(order.goal_time_tolerance, _LATE_TICKS * period)
-    found = _broken(names, order, path, due, commands, "", longest)
-    if found is not None:
-        return found
-    own = order.goal_time_tolerance if math.isfinite(order.goal_time_tolerance) else 0.0
-    longest = max(own, SETTLING)
-    if measured is None:
-        return _unknown(order, due, missing, longest) if missing else None
-    told = "measured "
-    return _broken(names, order, path, due - measured.age, measured.motors, told, longest)
 
+    motor_names: tuple[str, ...]
+    order: TrajectoryOrder
+    path: MotorPath
+    period: float
 
-def _unknown(
-    order: TrajectoryOrder, due: float, missing: str, longest: float
-) -> tuple[str, str] | None:
-    """Which tolerance nobody can vouch for, as the motors are not measured any more."""
-    if due <= order.duration:
-        measure, tolerance = "path_tolerance", order.path_tolerance
-    else:
-        measure, tolerance = _of_the_end(order), order.goal_tolerance
-        if due - order.duration <= longest:
-            return None
-    if not np.any(np.isfinite(tolerance)):
-        return None
-    return measure, f"at {due:.3f} s nobody knows how near the motors are: {missing}"
+    def arrived(self, measured: MotorMeasurement | None, missing: str) -> bool:
+        """Whether motors that are measured are as near to the end as the order wants.
 
+        Args:
+            measured: Where the motors were measured; None: nobody knows.
+            missing: Why nobody knows, though they are measured; empty: nobody measures.
+        """
+        tolerance = self.order.goal_tolerance
+        if measured is None:
+            return not missing or not np.any(np.isfinite(tolerance))
+        return not np.any(np.abs(self.path.last - measured.motors) > tolerance)
 
-def _broken(
-    names: Sequence[str],
-    order: TrajectoryOrder,
-    path: MotorPath,
-    due: float,
-    motors: Floats,
-    told: str,
-    longest: float,
-) -> tuple[str, str] | None:
-    """The same of motors, (n,), at a time; ``longest`` is how late they may be at the end [s]."""
-    if due <= order.duration:
-        error = np.abs(path.at(due)[0] - motors)
-        for number in np.flatnonzero(error > order.path_tolerance):
-            away, allowed = distinct(float(error[number]), float(order.path_tolerance[number]))
-            return "path_tolerance", (
-                f"at {due:.3f} s {names[number]} is {told}{away} from where the trajectory has it, "
-                f"its tolerance is {allowed}"
-            )
-        return None
-    late = due - order.duration
-    if late <= longest:
-        return None
-    exact = np.where(np.isfinite(order.goal_tolerance), order.goal_tolerance, 0.0)
-    tolerance = order.goal_tolerance if told else exact  # who wants it in time wants it sent there
-    error = np.abs(path.last - motors)
-    for number in np.flatnonzero(error > tolerance):
-        away, allowed = distinct(float(error[number]), float(tolerance[number]))
-        after, time = distinct(late, longest)
-        return _of_the_end(order), (
-            f"{names[number]} is {told}{away} from the end {after} s after it was due: its tolerance is "
-            f"{allowed}, and allowed are {time} s"
+    def broken(
+        self, due: float, commands: Floats, measured: MotorMeasurement | None, missing: str
+    ) -> BrokenTolerance | None:
+        """Which tolerance does not hold; None: all hold.
+
+        Args:
+            due: Time of the trajectory, had it never been slowed down [s].
+            commands: Where the motors are sent, (n,) [rad or m].
+            measured: As of :meth:`arrived`.
+            missing: As of :meth:`arrived`.
+        """
+        allowed = self.order.goal_time_tolerance
+        found = self._broken_by(
+            commands, due, longest=max(allowed, _LATE_TICKS * self.period), measured=False
         )
-    return None
+        if found is not None:
+            return found
+        longest = max(allowed if math.isfinite(allowed) else 0.0, SETTLING)
+        if measured is None:
+            return self._unknown(due, missing, longest) if missing else None
+        return self._broken_by(measured.motors, due - measured.age, longest=longest, measured=True)
 
+    def _unknown(self, due: float, missing: str, longest: float) -> BrokenTolerance | None:
+        """Which tolerance nobody can vouch for, as the motors are not measured any more."""
+        order = self.order
+        if due <= order.duration:
+            name, tolerance = "path_tolerance", order.path_tolerance
+        else:
+            name, tolerance = self._name_at_end, order.goal_tolerance
+            if due - order.duration <= longest:
+                return None
+        if not np.any(np.isfinite(tolerance)):
+            return None
+        text = f"at {due:.3f} s nobody knows how near the motors are: {missing}"
+        return BrokenTolerance(name, text)
 
-def _of_the_end(order: TrajectoryOrder) -> str:
-    """The tolerance that does not hold where the end is not reached."""
-    return "goal_time_tolerance" if math.isfinite(order.goal_time_tolerance) else "goal_tolerance"
+    def _broken_by(
+        self, motors: Floats, due: float, *, longest: float, measured: bool
+    ) -> BrokenTolerance | None:
+        """Which tolerance motors do not hold.
+
+        Args:
+            motors: Where they are, or are sent, (n,) [rad or m].
+            due: At which time of the trajectory [s].
+            longest: How late they may be at its end [s].
+            measured: Whether they are measured there.
+        """
+        order, told = self.order, "measured " if measured else ""
+        if due <= order.duration:
+            error = np.abs(self.path.at(due).positions - motors)
+            for number in np.flatnonzero(error > order.path_tolerance):
+                away, allowed = distinct(float(error[number]), float(order.path_tolerance[number]))
+                text = (
+                    f"at {due:.3f} s {self.motor_names[number]} is {told}{away} from where the "
+                    f"trajectory has it, its tolerance is {allowed}"
+                )
+                return BrokenTolerance("path_tolerance", text)
+            return None
+        late = due - order.duration
+        if late <= longest:
+            return None
+        tolerance = order.goal_tolerance
+        if not measured:  # who wants the end in time wants the motors sent exactly there
+            tolerance = np.where(np.isfinite(tolerance), tolerance, 0.0)
+        error = np.abs(self.path.last - motors)
+        for number in np.flatnonzero(error > tolerance):
+            away, allowed = distinct(float(error[number]), float(tolerance[number]))
+            after, time = distinct(late, longest)
+            text = (
+                f"{self.motor_names[number]} is {told}{away} from the end {after} s after it was due: "
+                f"its tolerance is {allowed}, and allowed are {time} s"
+            )
+            return BrokenTolerance(self._name_at_end, text)
+        return None
+
+    @property
+    def _name_at_end(self) -> str:
+        """The tolerance that does not hold where the end is not reached."""
+        in_time = math.isfinite(self.order.goal_time_tolerance)
+        return "goal_time_tolerance" if in_time else "goal_tolerance"

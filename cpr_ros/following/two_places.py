@@ -16,17 +16,20 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 
-from .goals import largest_way
+from .motor_ways import largest_way
 
 __all__ = ["OFTEN", "TwoPlaces", "apart_in_words"]
 
 Floats = NDArray[np.float64]
 
-#: Measured there and back so often, within so long [s]: two wrong numbers are three times.
-OFTEN, _WITHIN = 4, 3.0
-#: What comes back to less than this part of the way out is a part of the way.
+#: How many times motors have to be measured elsewhere and back; two wrong numbers look like three
+#: times.
+OFTEN = 4
+#: Time within which they have to [s].
+_WITHIN = 3.0
+#: Motors have come back if they are nearer to where they were than this part of the way out.
 _BACK = 0.5
-#: Motors may be measured where they were sent so long ago [s].
+#: How long after a command motors may still be measured where it sent them [s].
 _LATE = 0.5
 
 

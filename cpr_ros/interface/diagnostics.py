@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -13,11 +14,11 @@ from std_msgs.msg import Header
 
 from cpr_core.model.assessment import crossed_thresholds
 
-from ..following.supervision import Action, seen
+from ..following.supervision import Action, slowed_where_unseen
 from ..messages.model_error import estimated_error, warned_error
 from ..operation.session import Session
 
-__all__ = ["diagnostic_array", "wrench_status"]
+__all__ = ["NodeHealth", "diagnostic_array", "wrench_status"]
 
 _LEVELS = {
     Action.NONE: DiagnosticStatus.OK,
@@ -26,61 +27,62 @@ _LEVELS = {
 }
 
 
-def diagnostic_array(
-    name: str,
-    life: str,
-    session: Session | None,
-    unseen: str,
-    dropped: Mapping[str, int],
-    newest: Mapping[str, int],
-    late_ticks: int,
-    others: str,
-    stamp: Time,
-) -> DiagnosticArray:
-    """Two entries: what the robot is in, and how the node gets on.
+@dataclass(frozen=True)
+class NodeHealth:
+    """How the node gets on.
 
-    It takes what the two have in common, and one thing for every line of the second.
+    Attributes:
+        life: State of the life cycle.
+        dropped: Number of dropped messages by topic.
+        newly_dropped: Those of them since the last diagnostics.
+        late_ticks: Ticks that came more than a period late.
+        commanders: Who else commands the motors, in words; empty: nobody.
+    """
+
+    life: str
+    dropped: Mapping[str, int]
+    newly_dropped: Mapping[str, int]
+    late_ticks: int
+    commanders: str
+
+    def status(self, name: str, *, active: bool) -> DiagnosticStatus:
+        """The entry of a node with a full name, which may not be active."""
+        level = DiagnosticStatus.OK if active else DiagnosticStatus.STALE
+        newly = sorted(self.newly_dropped.items())
+        counts = ", ".join(f"{count} of {topic}" for topic, count in newly)
+        lost = f"messages dropped since the last diagnostics: {counts}" if counts else ""
+        warnings = [warning for warning in (lost, self.commanders) if warning]
+        dropped = {f"dropped {topic}": count for topic, count in sorted(self.dropped.items())}
+        return DiagnosticStatus(
+            level=max(level, DiagnosticStatus.WARN) if warnings else level,
+            name=f"{name}: node",
+            message="; ".join((self.life, *warnings)),
+            values=_values({"life cycle": self.life, "late ticks": self.late_ticks, **dropped}),
+        )
+
+
+def diagnostic_array(
+    name: str, health: NodeHealth, session: Session | None, unseen: str, stamp: Time
+) -> DiagnosticArray:
+    """How the node gets on, and how stable the robot in operation is; one entry each.
 
     Args:
         name: Full name of the node.
-        life: State of the life cycle.
+        health: Of the node.
         session: The robot in operation; None while the node is not active.
         unseen: What is not measured of it, in words; empty: nothing is missing.
-        dropped: Number of dropped messages by topic.
-        newest: Those of them that were dropped since the last diagnostics.
-        late_ticks: Ticks that came more than a period late.
-        others: Who else commands the motors, in words; empty: nobody.
         stamp: ROS time of the message.
     """
-    level = DiagnosticStatus.OK if session else DiagnosticStatus.STALE
-    counts = ", ".join(f"{count} of {topic}" for topic, count in sorted(newest.items()))
-    fewer = f"messages dropped since the last diagnostics: {counts}" if counts else ""
-    warnings = [warning for warning in (fewer, others) if warning]
-    if warnings:
-        level = max(level, DiagnosticStatus.WARN)
-    entries = [
-        DiagnosticStatus(
-            level=level,
-            name=f"{name}: node",
-            message="; ".join((life, *warnings)),
-            values=_values(
-                {
-                    "life cycle": life,
-                    "late ticks": late_ticks,
-                    **{f"dropped {topic}": count for topic, count in sorted(dropped.items())},
-                }
-            ),
-        )
-    ]
+    entries = [health.status(name, active=session is not None)]
     if session is not None:
         entries.append(_stability_status(name, session, unseen))
     return DiagnosticArray(header=Header(stamp=stamp), status=entries)
 
 
 def _stability_status(name: str, session: Session, unseen: str) -> DiagnosticStatus:
-    """What the robot is in."""
+    """How stable the robot in operation is."""
     outcome = session.present.outcome
-    told = seen(outcome.verdict, unseen)
+    told = slowed_where_unseen(outcome.verdict, unseen)
     crossed = crossed_thresholds(session.follower.settings.thresholds)
     level = _LEVELS[told.action]
     equilibrium = outcome.assessment.equilibrium

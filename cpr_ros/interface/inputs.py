@@ -25,14 +25,9 @@ from trajectory_msgs.msg import JointTrajectory
 from cpr_core import CprError
 
 from ..following.goals import MotorSetpoint, PoseGoal
-from ..following.trajectory_following import Ending
+from ..following.trajectory_motion import Ending
 from ..messages.command_message import CommandMessage
-from ..messages.conversions import (
-    Frames,
-    check_pose_frame,
-    controlled_pose,
-    with_wrench,
-)
+from ..messages.frames import Frames
 from ..messages.motor_messages import measured_motors, motor_setpoint
 from ..messages.platform_messages import (
     measured_pose,
@@ -41,8 +36,9 @@ from ..messages.platform_messages import (
     platform_twist,
 )
 from ..messages.pose_bytes import read_pose
+from ..messages.pose_messages import check_pose_frame, controlled_pose
 from ..messages.trajectory_messages import trajectory_order
-from ..messages.wrench_messages import whole_pose
+from ..messages.wrench_messages import whole_pose, with_wrench
 from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.publishers import other_publishers, own_topic
 from ..operation.session import Session
@@ -96,8 +92,8 @@ class Inputs:
         self._place, self._feel = place, feel
         self.dropped = DroppedMessages()
         self._node, self._frames, self._session, self._clock = node, frames, session, clock
-        #: By number of motors.
-        self._ready: dict[int, CommandMessage] = {}
+        #: The message of ~/commands by its number of motors.
+        self._command_messages: dict[int, CommandMessage] = {}
         #: By topic: when it was counted, and whether several publish there.
         self._several: dict[str, tuple[float, bool]] = {}
         self._subscriptions: list[Subscription] = []
@@ -108,12 +104,7 @@ class Inputs:
             (JointTrajectory, f"~/{JOINT_TRAJECTORY}", self._joint_trajectory, NEWEST),
             (WrenchStamped, "~/external_wrench", self._external_wrench, qos_profile_sensor_data),
             (JointState, MEASURED, self._measured, qos_profile_sensor_data),
-            (
-                PoseStamped,
-                _POSE,
-                self._measured_pose,
-                qos_profile_sensor_data,
-            ),
+            (PoseStamped, _POSE, self._measured_pose, qos_profile_sensor_data),
             (TwistStamped, f"~/{PLATFORM_TWIST}", self._platform_twist, NEWEST),
         ):
             if own := own_topic(node, topic):
@@ -175,9 +166,9 @@ class Inputs:
 
     def _commands(self, session: Session, message: bytes, now: float) -> None:
         count = session.robot.motor_count
-        if count not in self._ready:
-            self._ready[count] = CommandMessage(count)
-        motors = self._ready[count].numbers(message)
+        if count not in self._command_messages:
+            self._command_messages[count] = CommandMessage(count)
+        motors = self._command_messages[count].numbers(message)
         session.orders.follow(
             MotorSetpoint(session.robot, motors, np.full(count, now), "data"), now
         )
@@ -218,7 +209,8 @@ class Inputs:
         else:
             several = self._several_measure(MEASURED, now)
             if session.tracking is not None:
-                session.tracking.take(motors, now, several * session.others.tolerance)
+                tolerance = session.moved_by_others.tolerance if several else 0.0
+                session.tracking.take(motors, now, tolerance)
             elif session.take_measured(motors, now, several):
                 self._place(motors)
         finally:
@@ -233,27 +225,23 @@ class Inputs:
         return several
 
     def _measured_pose(self, session: Session, message: PoseStamped, now: float) -> None:
+        """Correct the setpoint, if the robot controls a pose; what is felt may use it too."""
         delay = measurement_delay(message.header, self._node.get_clock().now())
-        corrected = bool(session.robot.description.controlled)
-        try:
-            current = session.solver.current.equilibrium
-            message = platform_in_base(current, message, self._frames)
-            if corrected:
-                pose, several = (
-                    measured_pose(session.robot, message),
-                    self._several_measure(_POSE, now),
-                )
-                session.loop.take(pose, now, delay, several=several)
-        except CprError as error:
-            if corrected:
-                session.loop.refuse(str(error), now)
-            raise
-        measured_at = now - delay
-        if not corrected:
-            session.felt.take_pose(whole_pose(message), measured_at)
+        current = session.solver.current.equilibrium
+        if not session.robot.description.controlled:
+            in_base = platform_in_base(current, message, self._frames)
+            session.felt.take_pose(whole_pose(in_base), now - delay)
             return
-        with contextlib.suppress(CprError):  # it takes what is not controlled, too
-            session.felt.take_pose(whole_pose(message), measured_at)
+        try:
+            in_base = platform_in_base(current, message, self._frames)
+            pose = measured_pose(session.robot, in_base)
+            several = self._several_measure(_POSE, now)
+            session.loop.take(pose, now, delay, several=several)
+        except CprError as error:
+            session.loop.refuse(str(error), now)
+            raise
+        with contextlib.suppress(CprError):  # it needs what is not controlled, too
+            session.felt.take_pose(whole_pose(in_base), now - delay)
 
     def _platform_twist(self, session: Session, message: TwistStamped, now: float) -> None:
         session.orders.jog(platform_twist(session.robot, message, self._frames), now)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
@@ -17,7 +16,7 @@ from sensor_msgs.msg import JointState
 
 from ..maps.map_action import MapAction
 from ..maps.map_folder import MapFolder
-from ..messages.conversions import Frames
+from ..messages.frames import Frames
 from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.waiting_requests import WaitingRequests
 from ..operation.session import Session
@@ -27,7 +26,7 @@ from .move_action import MoveAction
 from .requests import Requests
 from .trajectory_action import trajectory_actions
 
-__all__ = ["Interfaces", "answer_impossible_transitions"]
+__all__ = ["Interfaces"]
 
 
 class Interfaces:
@@ -97,19 +96,3 @@ class Interfaces:
         self._moves.close()
         for action in self._trajectories:
             action.close()
-
-
-def answer_impossible_transitions(node: LifecycleNode) -> None:
-    """A transition that is not possible now is answered with no; rclpy raises, and never answers."""
-    service = node._service_change_state
-    change = service.callback
-
-    def callback(request: Any, response: Any) -> Any:
-        try:
-            return change(request, response)
-        except Exception as error:
-            node.get_logger().warning(f"change_state: {error}")
-            response.success = False
-            return response
-
-    service.callback = callback

@@ -14,8 +14,8 @@ from rclpy.node import Node
 
 from cpr_core import InvalidRequest
 
-from ..following.trajectory_following import Ending
-from ..messages.trajectory_messages import Tolerances, seconds_of
+from ..following.trajectory_motion import Ending
+from ..messages.trajectory_messages import AllowedErrors, FeedbackPoints, seconds_of
 from ..operation.session import Session
 
 try:
@@ -72,7 +72,7 @@ class FollowJointTrajectoryDialect:
 
     kind, name = FollowJointTrajectory, "~/follow_joint_trajectory"
 
-    def tolerances(self, goal: Any) -> Tolerances:
+    def allowed(self, goal: Any) -> AllowedErrors:
         """What a goal allows.
 
         Raises:
@@ -90,25 +90,22 @@ class FollowJointTrajectoryDialect:
                 "expected none, nor tolerances for one: a motor has one degree of freedom",
             )
         names = list(goal.trajectory.joint_names)
-        return (
+        return AllowedErrors(
             joint_tolerances("path_tolerance", goal.path_tolerance, names),
             joint_tolerances("goal_tolerance", goal.goal_tolerance, names),
             max(0.0, seconds_of(goal.goal_time_tolerance)),
         )
 
-    def feedback(self, session: Session, goal: Any, header: Any, points: Any) -> Any:
-        """How a trajectory goes on; points are desired, actual and error."""
-        desired, actual, error = points
+    def feedback(self, session: Session, goal: Any, header: Any, points: FeedbackPoints) -> Any:
+        """How a trajectory goes on."""
         feedback = FollowJointTrajectory.Feedback(
             header=header,
             joint_names=goal.trajectory.joint_names,
-            desired=desired,
-            actual=actual,
-            error=error,
+            **points._asdict(),
         )
         if hasattr(feedback, "index"):  # since control_msgs 6.4: the point it comes from
             times = [seconds_of(point.time_from_start) for point in goal.trajectory.points]
-            feedback.index = max(0, bisect(times, seconds_of(desired.time_from_start)) - 1)
+            feedback.index = max(0, bisect(times, seconds_of(points.desired.time_from_start)) - 1)
         return feedback
 
     def result(self, ending: Ending, node: Node, session: Session | None) -> Any:

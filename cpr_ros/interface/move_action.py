@@ -27,8 +27,9 @@ from ..following.moved_by_others import SETTLING
 from ..following.outcome import Outcome
 from ..following.setpoint_following import ARRIVED
 from ..following.supervision import State
-from ..messages.conversions import Frames, pose_from_message
+from ..messages.frames import Frames
 from ..messages.motor_messages import motor_setpoint
+from ..messages.pose_messages import pose_from_message
 from ..middleware.long_action import LongAction
 from ..operation.session import Session
 from .reached import reached
@@ -192,7 +193,7 @@ class MoveAction(LongAction):
     def _feed_back(
         motion: _Motion, session: Session, remaining: float, measured: LoopStatus
     ) -> None:
-        told = session.told(time.monotonic())
+        told = session.verdict(time.monotonic())
         motion.handle.publish_feedback(
             MoveTo.Feedback(
                 remaining=remaining,

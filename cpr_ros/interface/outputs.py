@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Publishers of the node."""
+"""Everything the node publishes, and how often."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from cpr_core import CprError, Equilibrium, solve_home
 from cpr_core.drawing.robot_lines import equilibrium_lines
 
 from ..messages.command_message import CommandMessage
-from ..messages.conversions import joint_state, platform_pose
+from ..messages.equilibrium_messages import joint_state, platform_pose
 from ..messages.leg_markers import leg_markers, leg_width
 from ..messages.motor_messages import measured_motors
 from ..messages.platform_messages import measurement_delay
@@ -35,14 +35,13 @@ from ..messages.stability_stream import Moment, StabilityStream
 from ..messages.transforms import Transforms
 from ..messages.urdf import robot_urdf
 from ..messages.wrench_messages import estimated_wrench, measured_efforts, wrench_estimate
-from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.listeners import Listeners
 from ..middleware.other_commanders import OtherCommanders
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from ..operation.session import Session
 from ..process.in_pieces import Work
 from ..settings.node_settings import Parameters
-from .diagnostics import diagnostic_array, wrench_status
+from .diagnostics import NodeHealth, diagnostic_array, wrench_status
 
 __all__ = ["LATCHED", "Outputs", "Stream", "promised"]
 
@@ -287,23 +286,11 @@ class Outputs:
         yield
         self._markers.publish(message)
 
-    def diagnostics(
-        self,
-        life: str,
-        session: Session | None,
-        dropped: DroppedMessages | None,
-        late_ticks: int,
-        others: str,
-    ) -> None:
-        """Health of the node."""
-        name = self._node.get_fully_qualified_name()
-        counts = dropped.counts if dropped else {}
-        newest = dropped.newest() if dropped else {}
-        now, stamp = time.monotonic(), self._stamp()
+    def diagnostics(self, health: NodeHealth, session: Session | None) -> None:
+        """Health of the node, and what its robot is in; arguments as of :func:`diagnostic_array`."""
+        name, now = self._node.get_fully_qualified_name(), time.monotonic()
         unseen = session.senses.unseen(now) if session else ""
-        array = diagnostic_array(
-            name, life, session, unseen, counts, newest, late_ticks, others, stamp
-        )
+        array = diagnostic_array(name, health, session, unseen, self._stamp())
         if session is not None and self.wrench_wanted:
             array.status.append(wrench_status(name, session, now))
         self._diagnostics.publish(array)

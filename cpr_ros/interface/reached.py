@@ -10,7 +10,8 @@ import traceback
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from rclpy.node import Node
 
-from ..messages.conversions import Frames, fill_equilibrium
+from ..messages.equilibrium_messages import fill_equilibrium
+from ..messages.frames import Frames
 from ..operation.session import Session
 
 __all__ = ["reached"]

@@ -20,7 +20,8 @@ from cpr_core.model.assessment import Assessment
 
 from ..error_codes import active, error_code
 from ..messages.analysis import fill_kinemato_statics, fill_prediction, fill_stability
-from ..messages.conversions import Frames, fill_equilibrium
+from ..messages.equilibrium_messages import fill_equilibrium
+from ..messages.frames import Frames
 from ..messages.model_error import model_error_message
 from ..middleware.waiting_requests import SERVICE_QOS, WaitingRequests
 from ..operation.session import Session

@@ -18,10 +18,17 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 
 from ..error_codes import active, error_code
-from ..following.trajectory_following import Ending, Motion
+from ..following.motor_path import MotorMotion
+from ..following.trajectory_motion import Ending, Motion
 from ..following.trajectory_order import TrajectoryRefused
-from ..messages.conversions import Frames
-from ..messages.trajectory_messages import Tolerances, point_message, seconds_of, trajectory_order
+from ..messages.frames import Frames
+from ..messages.trajectory_messages import (
+    AllowedErrors,
+    FeedbackPoints,
+    point_message,
+    seconds_of,
+    trajectory_order,
+)
 from ..middleware.long_action import LongAction
 from ..operation.session import Session
 from ..process.once_a_second import ONCE_A_SECOND
@@ -43,21 +50,19 @@ class _FollowTrajectoryDialect:
         """Give poses in these frames."""
         self._frames = frames
 
-    def tolerances(self, goal: Any) -> Tolerances:
+    def allowed(self, goal: Any) -> AllowedErrors:
         """What a goal allows."""
-        return goal.path_tolerance, goal.goal_tolerance, seconds_of(goal.goal_time_tolerance)
+        time = seconds_of(goal.goal_time_tolerance)
+        return AllowedErrors(goal.path_tolerance, goal.goal_tolerance, time)
 
-    def feedback(self, session: Session, goal: Any, header: Any, points: Any) -> Any:
-        """How a trajectory goes on; points are desired, actual and error."""
-        desired, actual, error = points
+    def feedback(self, session: Session, goal: Any, header: Any, points: FeedbackPoints) -> Any:
+        """How a trajectory goes on."""
         return FollowTrajectory.Feedback(
             header=header,
-            time=seconds_of(desired.time_from_start),
-            desired=desired,
-            actual=actual,
-            error=error,
+            time=seconds_of(points.desired.time_from_start),
+            **points._asdict(),
             margin=session.present.outcome.assessment.margin,
-            action=int(session.told(time.monotonic()).action),
+            action=int(session.verdict(time.monotonic()).action),
         )
 
     def result(self, ending: Ending, node: Node, session: Session | None) -> Any:
@@ -89,7 +94,7 @@ class TrajectoryAction(LongAction):
     def _begin(self, handle: ServerGoalHandle) -> None:
         ended = False
 
-        def told(ending: Ending) -> None:
+        def on_end(ending: Ending) -> None:
             nonlocal ended
             ended = True
             self._motions.pop(_key(handle), None)
@@ -97,10 +102,8 @@ class TrajectoryAction(LongAction):
 
         session, goal = active(self._session()), handle.request
         now = self._node.get_clock().now().to_msg()
-        order = trajectory_order(
-            session.robot, goal.trajectory, now, *self._dialect.tolerances(goal)
-        )
-        motion = session.orders.follow_trajectory(order, time.monotonic(), told)
+        order = trajectory_order(session.robot, goal.trajectory, now, self._dialect.allowed(goal))
+        motion = session.orders.follow_trajectory(order, time.monotonic(), on_end)
         if motion is not None and not ended:
             self._motions[_key(handle)] = handle, motion
             self._report(True)
@@ -140,21 +143,20 @@ class TrajectoryAction(LongAction):
         assert goal is not None
         now = time.monotonic()
         measured, due = session.measured.newest(now), goal.due(now)
+        velocity = None
         if measured is None:
-            motors, velocity = (
-                session.solver.current.equilibrium.motors[order],
-                session.present.velocity[order],
-            )
+            motors = session.solver.current.equilibrium.motors[order]
+            velocity = session.present.velocity[order]
             reached = goal.time
         else:
-            motors, velocity = measured.motors[order], None
+            motors = measured.motors[order]
             due = reached = due - measured.age
-        wanted = [part[order] for part in goal.path.at(due)]
-        slower = None if velocity is None else wanted[1] - velocity
-        points = (
+        wanted = MotorMotion(*(numbers[order] for numbers in goal.path.at(due)))
+        slower = None if velocity is None else wanted.velocities - velocity
+        points = FeedbackPoints(
             point_message(due, *wanted),
             point_message(reached, motors, velocity),
-            point_message(due, wanted[0] - motors, slower),
+            point_message(due, wanted.positions - motors, slower),
         )
         stamp = self._node.get_clock().now().to_msg()
         return self._dialect.feedback(session, handle.request, Header(stamp=stamp), points)

@@ -30,7 +30,7 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-#: Order of twists and wrenches in messages, of those with rotation and moment first.
+#: Where each component of a message is in a twist or wrench of the core, which has angular ones first.
 LINEAR_FIRST = np.r_[LINEAR, ANGULAR]
 #: Fields of messages in the order of the core.
 TWIST_FIELDS = ("angular.x", "angular.y", "angular.z", "linear.x", "linear.y", "linear.z")
@@ -38,12 +38,12 @@ WRENCH_FIELDS = ("torque.x", "torque.y", "torque.z", "force.x", "force.y", "forc
 
 
 def vector_of(message: Point | Vector3) -> tuple[float, float, float]:
-    """X y z."""
+    """Components x, y, z."""
     return message.x, message.y, message.z
 
 
 def quaternion_of(message: Quaternion) -> tuple[float, float, float, float]:
-    """W x y z."""
+    """Components w, x, y, z."""
     return message.w, message.x, message.y, message.z
 
 
@@ -58,12 +58,12 @@ def wrench_of(message: Wrench) -> Floats:
 
 
 def fill_vector(message: Point | Vector3, vector: Floats) -> None:
-    """Write x y z, (3,)."""
+    """Write x, y, z, (3,)."""
     message.x, message.y, message.z = vector.tolist()
 
 
 def fill_quaternion(message: Quaternion, quaternion: Floats) -> None:
-    """Write w x y z, (4,)."""
+    """Write w, x, y, z, (4,)."""
     message.w, message.x, message.y, message.z = quaternion.tolist()
 
 

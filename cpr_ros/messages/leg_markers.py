@@ -18,7 +18,7 @@ from cpr_core import Robot
 from cpr_core.drawing.robot_lines import RobotLines
 
 from ..following.supervision import Action
-from .conversions import Frames
+from .frames import Frames
 
 __all__ = ["leg_markers", "leg_width"]
 

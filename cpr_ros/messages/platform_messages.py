@@ -20,7 +20,7 @@ from cpr_core.validation import checked_vector
 
 from ..closed_loop.jogging import PlatformTwist
 from ..error_codes import RequestError
-from .conversions import Frames, controlled_pose, pose_numbers
+from .frames import Frames
 from .geometry import (
     TWIST_FIELDS,
     fill_quaternion,
@@ -29,6 +29,7 @@ from .geometry import (
     twist_of,
     vector_of,
 )
+from .pose_messages import controlled_pose, pose_numbers
 
 __all__ = ["measured_pose", "measurement_delay", "platform_in_base", "platform_twist"]
 

@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message
 from cpr_core import InvalidRequest
 
 from ..middleware.serialized import FIRST, LITTLE_ENDIAN, STAMP
-from .conversions import PoseNumbers, pose_numbers
+from .pose_messages import PoseNumbers, pose_numbers
 
 __all__ = ["read_pose"]
 

@@ -17,10 +17,10 @@ from cpr_core.model.assessment import Assessment, Thresholds
 
 from ..closed_loop.pose_loop import LoopStatus
 from ..following.outcome import Outcome
-from ..following.supervision import Verdict, seen
+from ..following.supervision import Verdict, slowed_where_unseen
 from ..middleware.repeated_message import RepeatedMessage, Stamp
 from .analysis import singularity_message, stiffness_message
-from .conversions import Frames
+from .frames import Frames
 from .model_error import estimated_error, warned_error
 
 __all__ = ["Moment", "StabilityStream"]
@@ -44,15 +44,31 @@ class Moment(NamedTuple):
     stamp: Stamp
 
 
+class _Made(NamedTuple):
+    """The last message, and what it was made of: it is said again as long as that is the same.
+
+    Attributes:
+        outcome: Of the tick.
+        thresholds: That were in force.
+        loop: Correction by the measured pose, its age left out.
+        unseen: What was not measured, in words.
+        message: All of it.
+    """
+
+    outcome: Outcome
+    thresholds: Thresholds
+    loop: LoopStatus
+    unseen: str
+    message: RepeatedMessage
+
+
 class StabilityStream:
     """Makes the messages of the stream; remembers the last one for the trend."""
 
     def __init__(self) -> None:
         """Start without a trend."""
-        self._last: tuple[float, float] | None = None
-        self._known: (
-            tuple[Outcome, Thresholds, tuple[LoopStatus, str], float, RepeatedMessage] | None
-        ) = None
+        self._last: tuple[float, float] | None = None  # margin, and steady time [s]
+        self._made: _Made | None = None
 
     def measure(self, look: Callable[[], Moment]) -> Generator[None, None, Moment]:
         """Find what a message takes time for, in pieces; all of it is kept.
@@ -74,7 +90,7 @@ class StabilityStream:
         return newest if newest.outcome.assessment is told.outcome.assessment else told
 
     def _pieces(self, assessment: Assessment) -> Iterator[None]:
-        if self._known is not None and self._known[0].assessment is assessment:
+        if self._made is not None and self._made.outcome.assessment is assessment:
             return
         equilibrium = assessment.equilibrium
         for find in (
@@ -114,8 +130,8 @@ class StabilityStream:
         Returns:
             The message, as bytes where nothing but time has gone on since the last one.
         """
-        message, margin = self._of_tick(moment.outcome, thresholds, frames, loop, unseen)
-        trend = self._trend(margin, moment.now)
+        message = self._of_tick(moment.outcome, thresholds, frames, loop, unseen)
+        trend = self._trend(message.message.margin, moment.now)
         return message.at(moment.stamp, trend, setpoint_age, wrench_age, loop.age)
 
     def _of_tick(
@@ -125,23 +141,25 @@ class StabilityStream:
         frames: Frames,
         loop: LoopStatus,
         unseen: str,
-    ) -> tuple[RepeatedMessage, float]:
-        """All but what changes with time alone, and the margin; between ticks the message of before."""
-        known, ageless = self._known, loop._replace(age=0.0)
+    ) -> RepeatedMessage:
+        """All but what changes with time alone; between ticks the message of before."""
+        made, ageless = self._made, loop._replace(age=0.0)
         if (
-            known is None
-            or known[0] is not outcome
-            or known[1] is not thresholds
-            or known[2] != (ageless, unseen)
+            made is None
+            or made.outcome is not outcome
+            or made.thresholds is not thresholds
+            or made.loop != ageless
+            or made.unseen != unseen
         ):
-            message = _metrics(outcome, seen(outcome.verdict, unseen), thresholds, frames)
+            message = _metrics(
+                outcome, slowed_where_unseen(outcome.verdict, unseen), thresholds, frames
+            )
             message.loop, message.loop_text = int(loop.loop), loop.text
             message.position_error = loop.position_error
             message.rotation_error = loop.rotation_error
             repeated = RepeatedMessage(message, _AGES)
-            seen_by = ageless, unseen
-            self._known = known = outcome, thresholds, seen_by, message.margin, repeated
-        return known[4], known[3]
+            self._made = made = _Made(outcome, thresholds, ageless, unseen, repeated)
+        return made.message
 
     def _trend(self, margin: float, now: float) -> float:
         """Change of the margin since the last message [1/s]."""

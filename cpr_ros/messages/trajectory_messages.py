@@ -1,12 +1,12 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Timed trajectories as messages."""
+"""Timed trajectories from messages, checked, and points of them as messages."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
@@ -26,16 +26,52 @@ from ..following.measured_range import BESIDE
 from ..following.trajectory_order import TrajectoryOrder, TrajectoryRefused
 from .motor_messages import check_names
 
-__all__ = ["Tolerances", "duration_of", "point_message", "seconds_of", "trajectory_order"]
+__all__ = [
+    "AllowedErrors",
+    "FeedbackPoints",
+    "duration_of",
+    "point_message",
+    "seconds_of",
+    "trajectory_order",
+]
 
 Floats = NDArray[np.float64]
-#: On the way and at the end, in the order of joint names; how much later the end may be reached [s].
-Tolerances = tuple[Sequence[float], Sequence[float], float]
 
 #: A velocity that is rounding where a trajectory ends at rest [rad/s, m/s].
 _RESTING = 1e-6
 #: More points than this are refused: looking at them would hold up the node.
 _MOST_POINTS = 10_000
+
+
+class AllowedErrors(NamedTuple):
+    """What who orders a trajectory allows, in the order of its joint names; 0, or none at all: any.
+
+    Attributes:
+        path_tolerance: On the way, (n,) [rad or m].
+        goal_tolerance: At the end, (n,) [rad or m].
+        goal_time_tolerance: How much later the end may be reached [s].
+    """
+
+    path_tolerance: Sequence[float] = ()
+    goal_tolerance: Sequence[float] = ()
+    goal_time_tolerance: float = 0.0
+
+
+_ANY = AllowedErrors()
+
+
+class FeedbackPoints(NamedTuple):
+    """Where a trajectory has the motors, where they are, and the difference.
+
+    Attributes:
+        desired: By the trajectory.
+        actual: Measured, or commanded where nobody measures.
+        error: Desired minus actual.
+    """
+
+    desired: JointTrajectoryPoint
+    actual: JointTrajectoryPoint
+    error: JointTrajectoryPoint
 
 
 def seconds_of(span: Duration | Time) -> float:
@@ -53,9 +89,7 @@ def trajectory_order(
     robot: Robot,
     message: JointTrajectory,
     now: Time,
-    path_tolerance: Sequence[float] = (),
-    goal_tolerance: Sequence[float] = (),
-    goal_time_tolerance: float = 0.0,
+    allowed: AllowedErrors = _ANY,
 ) -> TrajectoryOrder:
     """What a trajectory asks for, in motor order. One without points asks to hold.
 
@@ -63,9 +97,7 @@ def trajectory_order(
         robot: The robot.
         message: The trajectory.
         now: ROS time; 0: there is none yet, as no /clock has come.
-        path_tolerance: In the order of its names, (n,), 0: any; none: any.
-        goal_tolerance: The same at its end.
-        goal_time_tolerance: 0: any [s].
+        allowed: By who orders it.
 
     Raises:
         InvalidRequest: Names wrong, missing or twice, or not as many numbers as names.
@@ -87,10 +119,10 @@ def trajectory_order(
     _check_times(times)
     positions, velocities, accelerations = _columns(names, points, times)
     positions = _within_ranges(robot, times, positions[:, order])
-    if not 0.0 <= goal_time_tolerance < np.inf:
+    if not 0.0 <= allowed.goal_time_tolerance < np.inf:
         raise RequestError(
             ErrorCode.INVALID_ROBOT_STATE,
-            f"goal_time_tolerance: expected at least 0, got {goal_time_tolerance}",
+            f"goal_time_tolerance: expected at least 0, got {allowed.goal_time_tolerance}",
         )
     return TrajectoryOrder(
         times,
@@ -98,9 +130,9 @@ def trajectory_order(
         None if velocities is None else velocities[:, order],
         None if accelerations is None else accelerations[:, order],
         _start_in(message.header.stamp, now),
-        _tolerances("path_tolerance", path_tolerance, names)[order],
-        _tolerances("goal_tolerance", goal_tolerance, names)[order],
-        goal_time_tolerance or np.inf,
+        _tolerances("path_tolerance", allowed.path_tolerance, names)[order],
+        _tolerances("goal_tolerance", allowed.goal_tolerance, names)[order],
+        allowed.goal_time_tolerance or np.inf,
     )
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Frames of others, where tf2_ros is installed; nothing where it is not."""
+"""The platform frame for others, and the frames of others, by tf2; nothing without tf2_ros."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from cpr_core.lie import rotation_from_quaternion
 
-from .conversions import Frames
+from .frames import Frames
 from .geometry import quaternion_of, vector_of
 
 try:
@@ -44,7 +44,14 @@ class Transforms:
     """
 
     def __init__(self, node: Node, base: str, platform: str, tracker: str) -> None:
-        """Listen and broadcast as the node, if that can be done."""
+        """Listen and broadcast as the node, if tf2_ros is installed.
+
+        Args:
+            node: The node.
+            base: Name of the frame fixed in space.
+            platform: Name of the frame of the platform.
+            tracker: Name of the frame of the tracker.
+        """
         self.available = tf2_ros is not None
         self.frames = Frames(base, platform, self.rotation_to_base, tracker)
         if tf2_ros is not None:

@@ -7,23 +7,60 @@ from __future__ import annotations
 
 import numpy as np
 from builtin_interfaces.msg import Time
+from cpr_msgs.msg import ErrorCode
 from cpr_msgs.msg import WrenchEstimate as WrenchEstimateMessage
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from cpr_core import InvalidRequest, Robot, WrenchEstimate
-from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion
+from cpr_core import InvalidRequest, Loads, Robot, WrenchEstimate
+from cpr_core.lie import quaternion_from_rotation, rotation_from_quaternion, turned
 from cpr_core.validation import checked_vector
 
-from .conversions import Frames
-from .geometry import LINEAR_FIRST, fill_wrench, quaternion_of, vector_of
+from ..error_codes import RequestError
+from .frames import Frames
+from .geometry import (
+    LINEAR_FIRST,
+    WRENCH_FIELDS,
+    fill_wrench,
+    quaternion_of,
+    vector_of,
+    wrench_of,
+)
 from .motor_messages import measured_values
 
-__all__ = ["estimated_wrench", "measured_efforts", "whole_pose", "wrench_estimate"]
+__all__ = ["estimated_wrench", "measured_efforts", "whole_pose", "with_wrench", "wrench_estimate"]
 
 Floats = NDArray[np.float64]
+
+
+def with_wrench(loads: Loads, message: WrenchStamped, frames: Frames, where: str = "") -> Loads:
+    """Loads with the platform wrench of a message: fixed in space or turning with the platform.
+
+    The wrench acts at the platform origin, whatever its frame; another frame than the two gives only the
+    directions of its axes. ``where`` comes before the names of its fields in error messages.
+
+    Raises:
+        RequestError: The frame is neither the base frame nor the platform frame.
+        NonFiniteInput: A NaN or an infinity.
+    """
+    frame = message.header.frame_id or frames.base
+    given = wrench_of(message.wrench)
+    wrench = checked_vector(f"{where}wrench", given, 6, " ".join(WRENCH_FIELDS))
+    nothing = np.zeros(6)
+    if frame == frames.platform:
+        return loads.with_(wrench_world=nothing, wrench_body=wrench)
+    if frame != frames.base:
+        rotation = frames.rotation_to_base(frame) if frames.rotation_to_base else None
+        if rotation is None:
+            raise RequestError(
+                ErrorCode.FRAME_TRANSFORM_FAILURE,
+                f"{where}header.frame_id: expected {frames.base!r} (fixed in space) or "
+                f"{frames.platform!r} (turning with the platform), got {frame!r}",
+            )
+        wrench = turned(wrench, rotation)
+    return loads.with_(wrench_world=wrench, wrench_body=nothing)
 
 
 def measured_efforts(robot: Robot, message: JointState) -> Floats:
@@ -41,7 +78,7 @@ def measured_efforts(robot: Robot, message: JointState) -> Floats:
 
 
 def whole_pose(message: PoseStamped) -> Floats:
-    """X y z qw qx qy qz of a pose in the base frame, (7,) [m].
+    """A pose in the base frame as x y z [m], qw qx qy qz, (7,).
 
     Raises:
         InvalidQuaternion: No rotation.

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from ..following.borne_loads import Snapped
+from ..following.news import News
 from ..following.outcome import Outcome
 from ..following.supervision import Action, State
 
@@ -35,8 +36,8 @@ class Announcements:
         """Whether only what comes can bring news; a halt is over only after a while."""
         return self._free_since is None
 
-    def after_tick(self, outcome: Outcome, now: float) -> tuple[str, str]:
-        """What to log after a tick: a warning and an information; empty: nothing.
+    def after_tick(self, outcome: Outcome, now: float) -> News:
+        """What to log after a tick.
 
         Args:
             outcome: Of the tick.
@@ -51,9 +52,9 @@ class Announcements:
             information = ""
         else:
             information = self._recovery(outcome, now)
-        return warning, information or self._changed(outcome.state)
+        return News(warning, information or self._changed(outcome.state))
 
-    def of_motors(self, unmeasured: str, *, again: bool = False) -> tuple[str, str]:
+    def of_motors(self, unmeasured: str, *, again: bool = False) -> News:
         """What to log of measured motors: a warning when they are missing, and that they are back.
 
         Args:
@@ -64,7 +65,7 @@ class Announcements:
         blind = f"{unmeasured}: what {moved} moved without being seen" if unmeasured else ""
         return self._news("motors", blind, "the motors are measured again")
 
-    def of_wrench(self, unmeasured: str) -> tuple[str, str]:
+    def of_wrench(self, unmeasured: str) -> News:
         """What to log of the external wrench: a warning when it is missing, and that it is back.
 
         Args:
@@ -72,7 +73,7 @@ class Announcements:
         """
         return self._news("wrench", unmeasured, "the external wrench is measured again")
 
-    def of_commanders(self, others: str) -> tuple[str, str]:
+    def of_commanders(self, others: str) -> News:
         """What to log of others who command the motors: a warning when they come, and that they left.
 
         Args:
@@ -80,12 +81,12 @@ class Announcements:
         """
         return self._news("commanders", others, "nobody else commands the motors any more")
 
-    def _news(self, about: str, warning: str, over: str) -> tuple[str, str]:
+    def _news(self, about: str, warning: str, over: str) -> News:
         """A warning when there begins to be one, and an information when there is none any more."""
         before, self._told[about] = self._told.get(about, ""), warning
         if warning and not before:
-            return warning, ""
-        return "", "" if warning or not before else over
+            return News(warning=warning)
+        return News() if warning or not before else News(information=over)
 
     def _recovery(self, outcome: Outcome, now: float) -> str:
         """That a halt has ended, when it has not come back for a while."""

@@ -32,10 +32,10 @@ class BetweenTicks:
     def look(self, now: float) -> None:
         """Look at a steady time [s]; to be asked whenever something may have come."""
         session = self._session
-        session.others.look(now)
+        session.moved_by_others.look(now)
         session.orders.end_if_moved_by_others()
         if self._resting() and session.tracking is None and not session.follower.paused:
             session.first_step.look(session.solver.current, now)
         else:
             session.first_step.wait()
-        self.due = min(session.others.due, session.first_step.due)
+        self.due = min(session.moved_by_others.due, session.first_step.due)

@@ -14,9 +14,8 @@ their robot is described later, which its calibration does.
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +25,7 @@ from cpr_core import CprError, Equilibrium, Robot, restore_equilibrium
 from .locked_file import LockedFile
 from .state_layout import HEADER_SIZE, StateLayout, header_of, is_header
 
-__all__ = ["KeptState", "LastState", "state_folder"]
+__all__ = ["KeptState", "KnownPlace", "state_folder"]
 
 Floats = NDArray[np.float64]
 
@@ -34,17 +33,24 @@ Floats = NDArray[np.float64]
 _LOADS = {"gravity": 3, "wrench_world": 6, "wrench_body": 6}
 
 
-@dataclass(frozen=True, eq=False)
-class LastState:
-    """What is known of where a robot was.
+class KnownPlace(NamedTuple):
+    """What is known of where a robot is, or was last.
 
     Attributes:
         equilibrium: Its last equilibrium.
-        commands: The last motor commands, (n,) [rad or m].
+        motors: Where its motors were sent, or measured, (n,) [rad or m]; None: not there any more.
     """
 
     equilibrium: Equilibrium
-    commands: Floats
+    motors: Floats | None
+
+    def same_as(self, other: KnownPlace | None) -> bool:
+        """Whether two places are one."""
+        if other is None or self.equilibrium is not other.equilibrium:
+            return False
+        if self.motors is None or other.motors is None or self.motors is other.motors:
+            return self.motors is other.motors
+        return np.array_equal(self.motors, other.motors)
 
 
 def state_folder(given: str, parameter: str = "state_directory") -> Path:
@@ -147,20 +153,20 @@ class KeptState:
         """Whether it is of this robot, and no state was ever kept in it."""
         return self._own and self._turn == 0
 
-    def keep(self, equilibrium: Equilibrium, commands: Floats | None) -> None:
+    def keep(self, equilibrium: Equilibrium, motors: Floats | None) -> None:
         """Write where the robot is, in some microseconds; only now what another one left is gone.
 
         Args:
-            equilibrium: Its last equilibrium.
-            commands: The last motor commands, (n,) [rad or m]; None: the motors are not there any more.
+            equilibrium: As in :class:`KnownPlace`.
+            motors: As in :class:`KnownPlace`.
 
         Raises:
             OSError: It is not in the file; `mend` tries again.
         """
-        if commands is None:
-            commands = np.full(self._robot.motor_count, np.nan)
+        if motors is None:
+            motors = np.full(self._robot.motor_count, np.nan)
         loads = [getattr(equilibrium.loads, name) for name in _LOADS]
-        parts = [equilibrium.configuration, *loads, commands]
+        parts = [equilibrium.configuration, *loads, motors]
         self._turn += 1
         slot = self._layout.slot(self._turn, b"".join([part.tobytes() for part in parts]))
         place = HEADER_SIZE + (self._turn % 2) * len(slot)
@@ -187,7 +193,7 @@ class KeptState:
         self._file.rewrite(self._content)
         return True
 
-    def last(self) -> LastState | None:
+    def last(self) -> KnownPlace | None:
         """Where the robot was last; None if that is not known.
 
         Raises:
@@ -220,7 +226,7 @@ class KeptState:
             parts["platform_rotation"].reshape(3, 3),
             parts["platform_position"],
         )
-        return LastState(equilibrium, np.array(parts["commands"]))
+        return KnownPlace(equilibrium, np.array(parts["commands"]))
 
     def last_commands(self) -> Floats | None:
         """The last motor commands, (n,) [rad or m], whatever the equilibrium; None: not known."""

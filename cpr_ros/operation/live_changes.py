@@ -42,9 +42,10 @@ def apply_live(session: Session, live: LiveParameters, now: float) -> bool:
     session.loop.settings = live.loop
     session.jogger.watchdog.timeout = live.twist_timeout
     session.felt.settings = live.felt_wrench
-    held, session.others.tolerance = session.others.in_question, live.moved_tolerance
-    if held and not session.others.in_question:
-        session.commands.said = False  # else saying it again would move the motors
+    held = session.moved_by_others.in_question
+    session.moved_by_others.tolerance = live.moved_tolerance
+    if held and not session.moved_by_others.in_question:
+        session.commands.repeatable = False  # else saying it again would move the motors
         session.orders.hold_commands()
     if session.outgoing.waits and not forgotten:
         session.orders.hold_commands()  # on their way to where the robot was put

@@ -19,7 +19,8 @@ from ..error_codes import RequestError
 from ..following.goals import Goal, MotorGoal, PoseGoal
 from ..following.setpoint_following import SetpointFollower
 from ..following.supervision import State
-from ..following.trajectory_following import Ending, Motion, Trajectories
+from ..following.trajectory_following import Trajectories
+from ..following.trajectory_motion import Ending, Motion
 from ..following.trajectory_order import TrajectoryOrder
 from .outgoing import Outgoing
 from .present import Present
@@ -66,14 +67,14 @@ class Orders:
         self.follower.follow(goal, now, ages=ages)
 
     def follow_trajectory(
-        self, order: TrajectoryOrder, now: float, told: Callable[[Ending], None]
+        self, order: TrajectoryOrder, now: float, on_end: Callable[[Ending], None]
     ) -> Motion | None:
         """Take a timed trajectory; one without points is always a stop, and there is none then.
 
         Args:
             order: The trajectory.
             now: Steady time [s].
-            told: Called with its end, once, perhaps before this returns; must not raise.
+            on_end: Called with its end, once, perhaps before this returns; must not raise.
 
         Raises:
             RequestError: The node takes none now, or it cannot be followed.
@@ -83,14 +84,14 @@ class Orders:
             reason = "an empty trajectory came: hold"
             self.trajectories.stop(ErrorCode.PREEMPTED, reason)
             self.drop(reason)
-            told(Ending(ErrorCode.SUCCESS))
+            on_end(Ending(ErrorCode.SUCCESS))
             return None
         self._check_free()
         if not self.outgoing.aligned:
             raise RequestError(
                 ErrorCode.NOT_READY, "the motor commands are on their way to where the robot is"
             )
-        return self.trajectories.take(order, self.solver.current, now, told)
+        return self.trajectories.take(order, self.solver.current, now, on_end)
 
     def jog(self, twist: PlatformTwist, now: float) -> None:
         """Take a twist: it moves the platform setpoint from where the robot is.
@@ -187,7 +188,7 @@ class Orders:
 
     def end_if_moved_by_others(self) -> None:
         """Forget where the robot was to go, if others have moved it."""
-        away = self.outgoing.others.away
+        away = self.outgoing.moved_by_others.away
         if away and self.end(ErrorCode.CONTROL_FAILED, away):
             self.left_behind = away
 
@@ -231,5 +232,5 @@ class Orders:
         Raises:
             RequestError: They are not.
         """
-        if self.outgoing.others.in_question:
-            raise RequestError(ErrorCode.NOT_READY, self.outgoing.others.in_question)
+        if self.outgoing.moved_by_others.in_question:
+            raise RequestError(ErrorCode.NOT_READY, self.outgoing.moved_by_others.in_question)

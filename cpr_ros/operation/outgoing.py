@@ -37,7 +37,7 @@ class Outgoing:
         tracking: Tracking of measured motors; None: the node moves the motors.
         commands: Where the motors are sent.
         measured: Where they are measured.
-        others: Whether others have moved them.
+        moved_by_others: Whether others have moved them.
     """
 
     solver: Solver
@@ -45,7 +45,7 @@ class Outgoing:
     tracking: MotorTracking | None
     commands: MotorCommands
     measured: MeasuredMotors
-    others: MovedByOthers
+    moved_by_others: MovedByOthers
 
     @property
     def aligned(self) -> bool:
@@ -108,7 +108,11 @@ class Outgoing:
         Motors that others have moved are not sent back, nor such that are farther off than new commands
         may be ahead of them.
         """
-        silent = self.tracking is not None or self.others.in_question or not self.commands.said
+        silent = (
+            self.tracking is not None
+            or self.moved_by_others.in_question
+            or not self.commands.repeatable
+        )
         max_speed = self.follower.settings.max_speed
         if silent or not self.commands.in_reach(self.measured.newest_motors(now), max_speed):
             return None
@@ -117,11 +121,11 @@ class Outgoing:
     def _held(self, outcome: Outcome) -> bool:
         """Whether no new command may leave the node, wherever the robot is to go."""
         held_back = self.follower.paused or outcome.refusal is not None
-        return self.tracking is not None or held_back or bool(self.others.in_question)
+        return self.tracking is not None or held_back or bool(self.moved_by_others.in_question)
 
     def _step_to(self, motors: Floats, now: float) -> Floats | None:
         max_speed = self.follower.settings.max_speed
         command = self.commands.step_to(motors, max_speed, self.measured.newest_motors(now))
         if command is not None:
-            self.others.commanded(now, command)
+            self.moved_by_others.commanded(now, command)
         return command

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import CprError, Equilibrium, Loads, Robot
+from cpr_core import CprError, Loads, Robot
 from cpr_core.model.assessment import Assessment
 
 from ..closed_loop.jogging import Jogger
@@ -26,12 +26,13 @@ from ..following.motor_tracking import MotorTracking
 from ..following.moved_by_others import MovedByOthers
 from ..following.outcome import Outcome
 from ..following.setpoint_following import SetpointFollower
-from ..following.supervision import BLIND, Refusal, State, Verdict, seen
+from ..following.supervision import BLIND, Refusal, State, Verdict, slowed_where_unseen
 from ..following.trajectory_following import Trajectories
 from ..following.watchdog import Watchdog
-from ..messages.conversions import Frames
+from ..messages.frames import Frames
 from ..settings.node_settings import LiveParameters, Parameters
 from .applied_solutions import check_applied
+from .kept_state import KnownPlace
 from .orders import Orders
 from .outgoing import Outgoing
 from .present import Present
@@ -60,7 +61,7 @@ class Session:
         first_step: Judges ahead, at rest, what a motor setpoint may ask for.
         commands: Where the motors are sent, if the node moves them.
         measured: Measured motors of a robot that the node moves.
-        others: Whether measured motors are elsewhere than the node has sent them.
+        moved_by_others: Whether measured motors are elsewhere than the node has sent them.
         outgoing: What leaves for the motors.
         present: What the robot does.
         orders: What it is asked to do.
@@ -84,7 +85,7 @@ class Session:
         self.robot, self.period = robot, 1.0 / parameters.tick_rate
         self.commands = MotorCommands(robot, self.period, live.max_lead)
         self.measured = MeasuredMotors(live.measured_timeout)
-        self.others = MovedByOthers(robot, live.moved_tolerance)
+        self.moved_by_others = MovedByOthers(robot, live.moved_tolerance)
         self.wrench = ExternalWrench(robot, live.wrench_timeout)
         self.felt = FeltWrench(robot, live.felt_wrench)
         self.loop = PoseLoop(robot, self.period, live.loop)
@@ -112,7 +113,12 @@ class Session:
             lambda found, deadline: check_applied(found, deadline, self.orders),
         )
         self.outgoing = Outgoing(
-            self.solver, self.follower, self.tracking, self.commands, self.measured, self.others
+            self.solver,
+            self.follower,
+            self.tracking,
+            self.commands,
+            self.measured,
+            self.moved_by_others,
         )
         self.present = Present(self.solver.current, self.follower, self.outgoing)
         self.orders = Orders(
@@ -137,7 +143,7 @@ class Session:
         current, last = self.solver.current, self.present.outcome
         if last.moved or last.assessment is not current or last.state == State.ALIGNING:
             return False
-        if self.others.away != self._told_away:
+        if self.moved_by_others.away != self._told_away:
             return False
         goal = self.follower.goal
         if self.orders.awaiting or not (
@@ -238,7 +244,7 @@ class Session:
         else:
             mover = self.follower if self.tracking is None else self.tracking
             outcome = mover.tick(before, loads, now)
-        self._told_away = self.others.away
+        self._told_away = self.moved_by_others.away
         if self._told_away and outcome.refusal is None:
             refusal = Refusal("stale", self._told_away)
             told = self.follower.judge(outcome.assessment, refusal)
@@ -258,7 +264,7 @@ class Session:
         self.measured.take(motors, now)
         if self.unplaced:
             return True
-        begin = self.others.take(
+        begin = self.moved_by_others.take(
             motors,
             self.commands.newest,
             now,
@@ -277,7 +283,7 @@ class Session:
         self.follower.drop()
         self.loop.forget_poses()
         self.measured.forget()
-        self.others.forget_places()
+        self.moved_by_others.forget_places()
         self.wrench.forget_missing()
         self.senses.forget()
         if self.tracking is not None:
@@ -285,24 +291,21 @@ class Session:
         self.present.rest()
 
     @property
-    def known_place(self) -> tuple[Equilibrium, Floats | None] | None:
-        """What is to be remembered: an equilibrium, and where its motors were sent or measured, (n,).
-
-        No motors: they are measured, but not where it is. None: nothing is known.
-        """
+    def known_place(self) -> KnownPlace | None:
+        """What is to be remembered of where the robot is; None: nothing is known."""
         equilibrium, state = self.solver.current.equilibrium, self.present.outcome.state
-        if self.others.away:
-            return equilibrium, None
+        if self.moved_by_others.away:
+            return KnownPlace(equilibrium, None)
         if self.tracking is None:
             commands = self.commands.newest
-            return None if commands is None else (equilibrium, commands)
+            return None if commands is None else KnownPlace(equilibrium, commands)
         if state not in (State.TRACKING, State.LOST):
             return None
-        return equilibrium, equilibrium.motors if state == State.TRACKING else None
+        return KnownPlace(equilibrium, equilibrium.motors if state == State.TRACKING else None)
 
-    def told(self, now: float) -> Verdict:
+    def verdict(self, now: float) -> Verdict:
         """What is told of the last tick; of a robot that is not seen, at least to be slow."""
-        return seen(self.present.outcome.verdict, self.senses.unseen(now))
+        return slowed_where_unseen(self.present.outcome.verdict, self.senses.unseen(now))
 
     def loop_status(self, now: float) -> LoopStatus:
         """Whether the measured pose corrects the setpoint."""

@@ -27,13 +27,11 @@ from cpr_core.solving.deadline import Deadline
 
 from ..error_codes import RequestError
 from ..following.setpoint_following import SetpointFollower
-from ..messages.conversions import (
-    Frames,
-    equilibrium_from_message,
-    pose_from_message,
-    with_wrench,
-)
+from ..messages.equilibrium_messages import equilibrium_from_message
+from ..messages.frames import Frames
 from ..messages.motor_messages import motors_from_joint_state
+from ..messages.pose_messages import pose_from_message
+from ..messages.wrench_messages import with_wrench
 
 __all__ = ["Solver"]
 

@@ -17,7 +17,7 @@ from cpr_core.solving.deadline import Deadline
 
 from ..following.measured_range import within_range
 from ..following.straight_way import hindrance_on_straight_way
-from .kept_state import LastState
+from .kept_state import KnownPlace
 from .session import Session
 
 __all__ = [
@@ -54,8 +54,8 @@ def begin_at(
     session.orders.end(ErrorCode.PREEMPTED, "the robot was found to be elsewhere")
     place = Assessment(equilibrium, session.solver.current.characteristic_length, solve_time)
     session.solver.current = place
-    session.commands.place(motors, said=not session.others.away)
-    session.others.begin()
+    session.commands.place(motors, repeatable=not session.moved_by_others.away)
+    session.moved_by_others.begin()
     session.present.begin(place)
 
 
@@ -124,7 +124,7 @@ def _hindrance_on_way_home(session: Session, motors: Floats, last: Equilibrium |
     return f"time was over before {way.why}" if way.too_late else way.why
 
 
-def begin_at_last(session: Session, last: LastState) -> str:
+def begin_at_last(session: Session, last: KnownPlace) -> str:
     """Begin where the robot was last, without the wrench it may have borne. Says what was done.
 
     Commands that were on their way there are held: nobody has asked this node for them.
@@ -141,10 +141,10 @@ def begin_at_last(session: Session, last: LastState) -> str:
         ) from None
     if found.index_locked > 0:
         raise CprError("the robot cannot rest at its last equilibrium, which is unstable")
-    begin_at(session, found, last.commands, time.perf_counter() - begin)
+    begin_at(session, found, last.motors, time.perf_counter() - begin)
     said = f"where it was last, motors {_words(found.motors)}"
-    if session.orders.hold_commands():
-        said += f"; commands were on their way there from {_words(last.commands)}: {HELD}"
+    if last.motors is not None and session.orders.hold_commands():
+        said += f"; commands were on their way there from {_words(last.motors)}: {HELD}"
     return said
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import cpr_ros
 from cpr_core import CprError, estimate_wrench, kinemato_statics, load_robot, solve_forward
 from cpr_core import solve_forward_by_effort, solve_inverse
-from cpr_ros.messages.conversions import Frames
+from cpr_ros.messages.frames import Frames
 from cpr_ros.settings.parameter_table import PARAMETERS
 from cpr_ros.settings.node_settings import Parameters, live_parameters
 from cpr_ros.operation.session import Session

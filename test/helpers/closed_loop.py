@@ -12,8 +12,9 @@ import numpy as np
 
 from cpr_core.model.assessment import Threshold
 from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
-from cpr_ros.following.goals import PoseGoal, motor_steps
-from cpr_ros.messages.conversions import Frames
+from cpr_ros.following.goals import PoseGoal
+from cpr_ros.following.motor_ways import motor_steps
+from cpr_ros.messages.frames import Frames
 from cpr_ros.operation.session import Session
 from cpr_ros.operation.starting_place import begin_at
 from cpr_ros.settings.node_settings import LiveParameters, Parameters, live_parameters

@@ -7,8 +7,8 @@ import numpy as np
 
 from cpr_core.model.assessment import MEASURES
 from cpr_ros.following import trajectory_plan
-from cpr_ros.following.goals import motor_steps
 from cpr_ros.following.measured_motors import MeasuredMotors
+from cpr_ros.following.motor_ways import motor_steps
 from cpr_ros.following.trajectory_following import Trajectories
 from cpr_ros.following.trajectory_order import TrajectoryOrder
 from cpr_ros.following.trajectory_plan import TrajectoryPlan

@@ -6,7 +6,7 @@
 from builtin_interfaces.msg import Time
 
 from cpr_core.drawing.robot_lines import equilibrium_lines
-from cpr_ros.messages.conversions import Frames
+from cpr_ros.messages.frames import Frames
 from cpr_ros.messages.leg_markers import leg_markers, leg_width
 
 

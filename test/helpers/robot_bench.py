@@ -139,9 +139,9 @@ class RobotBench:
         kept = self.kept(load_robot("rfrfr"))
         last = kept.last()
         kept.close()
-        assert np.abs(last.commands - self.commands[-1]).max() <= 5.0 * STEP
+        assert np.abs(last.motors - self.commands[-1]).max() <= 5.0 * STEP
         self.ended.append(self.commands)
-        self.commands = [last.commands]
+        self.commands = [last.motors]
 
     def longest_step(self):
         """Longest way of a motor between two commands, in ticks."""

@@ -12,7 +12,8 @@ from cpr_msgs.srv import SolveForward
 from sensor_msgs.msg import JointState
 
 from cpr_ros.following.trajectory_order import TrajectoryOrder
-from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.messages.equilibrium_messages import fill_equilibrium
+from cpr_ros.messages.frames import Frames
 from cpr_ros.operation.between_ticks import BetweenTicks
 from cpr_ros.operation.session import Session
 from cpr_ros.operation.starting_place import begin_at

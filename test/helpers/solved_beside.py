@@ -12,7 +12,8 @@ from cpr_core.kernels.kept_factors import kept_factors
 from cpr_core.kernels.prepared_robot import continue_prepared
 from cpr_core.kernels.problems import PROBLEMS
 from cpr_core.lie import rotation_log
-from cpr_core.model.equilibrium import described, new_record
+from cpr_core.model.equilibrium import equilibrium_at, new_record
+from cpr_core.model.model_state import Configuration
 from cpr_core.solving.continued import continued
 from cpr_core.solving.held_problem import held
 
@@ -38,7 +39,7 @@ def polished(equilibrium, problem):
     loads, arrays = equilibrium.loads, equilibrium.load_arrays
     state = records[0, : robot.state_size]
     rotation, position = records[0, robot.state_size :][:9], records[0, robot.state_size + 9 :][:3]
-    return described(robot, loads, arrays, state, rotation, position)
+    return equilibrium_at(robot, loads, arrays, Configuration(state, rotation, position))
 
 
 def solved_slopes(equilibrium, robots, step, problem):

@@ -19,7 +19,7 @@ from cpr_ros.closed_loop.pose_loop import PoseLoop
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import PoseGoal
 from cpr_ros.following.supervision import State
-from cpr_ros.messages.conversions import Frames
+from cpr_ros.messages.frames import Frames
 from cpr_ros.messages.platform_messages import platform_twist
 from cpr_ros.operation.live_changes import apply_live
 

@@ -27,7 +27,7 @@ def test_a_jump_and_the_motion_of_the_platform_are_told_apart(way):
     """A pose was said to have jumped by 0.1, while the platform moved by 0.1."""
     coordinates = PoseCoordinates(way[0].robot)
     history = PoseHistory(coordinates)
-    measured = MeasuredPose(coordinates, history, timeout=0.0)
+    measured = MeasuredPose(history, timeout=0.0)
     history.add(100.0, way[0], "")
     measured.take(way[0].pose, 100.0, 0.0, jump=1e-6, settling=10.0)
     history.add(101.0, way[10], "")
@@ -48,7 +48,7 @@ def test_a_camera_that_is_late_is_believed_while_the_robot_moves(way, ticks, tol
     """
     coordinates = PoseCoordinates(way[0].robot)
     history = PoseHistory(coordinates)
-    measured = MeasuredPose(coordinates, history, timeout=0.0)
+    measured = MeasuredPose(history, timeout=0.0)
     delay = ticks * PERIOD
     believed = []
     for tick in range(-40, len(way)):
@@ -78,7 +78,7 @@ def test_numbers_stay_the_same_for_a_small_motion_and_no_farther(way, moved, bel
     """A camera that hangs is told before the correction takes out what it does not see."""
     coordinates = PoseCoordinates(way[0].robot)
     history = PoseHistory(coordinates)
-    measured = MeasuredPose(coordinates, history, timeout=0.0)
+    measured = MeasuredPose(history, timeout=0.0)
     history.add(100.0, way[0], "")
     assert measured.take(way[0].pose, 100.0, 0.0, jump=0.02, settling=0.1)
     there = way[0].pose - [0.0, moved * way[0].robot.mean_length]

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from cpr_core import solve_forward, solve_home
 from cpr_core.lie import rotation_log
-from cpr_ros.following.goals import MotorGoal, PoseGoal, motor_steps
+from cpr_ros.following.goals import MotorGoal, PoseGoal
+from cpr_ros.following.motor_ways import motor_steps
 
 
 def test_motors_go_straight_and_arrive_exactly():

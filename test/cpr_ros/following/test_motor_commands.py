@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from cpr_core import load_robot, solve_home
-from cpr_ros.following.goals import motor_steps
 from cpr_ros.following.motor_commands import MotorCommands
+from cpr_ros.following.motor_ways import motor_steps
 
 ROBOT, PERIOD, SPEED = load_robot("gough_stewart"), 0.005, 1.5
 STEPS = motor_steps(ROBOT, SPEED, PERIOD)

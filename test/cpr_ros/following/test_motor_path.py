@@ -41,7 +41,7 @@ def test_points_are_met_in_all_they_carry(given_path):
     for order, values in enumerate(carried):
         size = 1.0 + np.abs(path.pieces[-1]).max()
         np.testing.assert_allclose(arrived[order], values[-1], atol=1e-10 * size)
-    np.testing.assert_array_equal(path.at(path.end)[0], carried[0][-1])
+    np.testing.assert_array_equal(path.at(path.end).positions, carried[0][-1])
     np.testing.assert_array_equal(path.positions([path.end + 1.0])[0], carried[0][-1])
 
 
@@ -67,11 +67,11 @@ def test_derivatives_are_those_of_the_positions(given_path, part):
     size = 1.0 + np.abs(path.pieces).max()
     np.testing.assert_allclose((last - first) / (2.0 * step), velocity, atol=1e-6 * size)
     np.testing.assert_allclose(
-        (path.at(time + step)[1] - path.at(time - step)[1]) / (2.0 * step),
+        (path.at(time + step).velocities - path.at(time - step).velocities) / (2.0 * step),
         acceleration,
         atol=1e-4 * size,
     )
-    np.testing.assert_allclose(middle, path.at(time)[0], atol=1e-12 * size)
+    np.testing.assert_allclose(middle, path.at(time).positions, atol=1e-12 * size)
 
 
 @settings(max_examples=60, deadline=None)
@@ -81,10 +81,10 @@ def test_no_speed_is_above_the_largest_and_one_has_it(given_path):
     found = path.largest_speeds()
     for piece, (first, last) in enumerate(zip(path.breaks[:-1], path.breaks[1:], strict=True)):
         inside = np.linspace(first, last, 41)[:-1]
-        speeds = np.abs([path.at(time)[1] for time in inside]).max(axis=0)
+        speeds = np.abs([path.at(time).velocities for time in inside]).max(axis=0)
         assert np.all(speeds <= found[piece] * (1.0 + 1e-9) + 1e-9)
         # The turn is found, not only bounded: between samples a speed changes this little.
-        bend = np.abs([path.at(time)[2] for time in inside]).max(axis=0)
+        bend = np.abs([path.at(time).accelerations for time in inside]).max(axis=0)
         assert np.all(found[piece] <= speeds + bend * (last - first) / 40 * 1.1 + 1e-9)
 
 
@@ -129,4 +129,4 @@ def test_one_path_behind_another():
     rest = MotorPath.rest(-1.0, 0.0, np.array([2.0]))
     path = rest.then(MotorPath.through([0.0, 1.0], [[2.0], [3.0]]))
     np.testing.assert_allclose(path.positions([-2.0, -0.5, 0.5, 1.0, 4.0])[:, 0], [2, 2, 2.5, 3, 3])
-    assert path.at(-0.5)[1] == 0.0
+    assert path.at(-0.5).velocities == 0.0

@@ -201,7 +201,7 @@ def test_one_into_the_instability_is_refused_before_its_first_step(rfrfr):
     # It is right: there the margin is below, a tick before it is not.
     path = motion.plan.path
     before, after = (
-        solve_forward(rfrfr.robot, path.at(time)[0]).margin
+        solve_forward(rfrfr.robot, path.at(time).positions).margin
         for time in (ending.time - 1.001 * PERIOD, ending.time)
     )
     assert after < THRESHOLDS["margin"].stop <= before

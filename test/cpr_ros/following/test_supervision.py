@@ -30,7 +30,7 @@ from cpr_ros.following.supervision import (
     Status,
     below_warnings,
     next_action,
-    seen,
+    slowed_where_unseen,
     verdict,
 )
 from cpr_ros.settings.parameter_table import PARAMETERS
@@ -235,14 +235,14 @@ def test_a_warning_does_not_hide_that_the_robot_is_not_seen():
     told, why = judged(0.1), "the measured motors are older than measured_timeout 0.5 s"
     assert told.action == Action.SLOW
     for scale in (0.93, 0.1):
-        blind = seen(replace(told, speed_scale=scale), why)
+        blind = slowed_where_unseen(replace(told, speed_scale=scale), why)
         assert blind.speed_scale == min(scale, BLIND)
         assert blind.text == f"{told.text}; {why}"
         assert (blind.action, blind.status) == (told.action, told.status)
-    assert seen(told, "") is told
+    assert slowed_where_unseen(told, "") is told
 
 
 def test_a_halt_stays_what_it_is_where_the_robot_is_not_seen():
     told = judged(0.75, refusal=Refusal("margin", "the next equilibrium is unstable"))
     assert told.action == Action.HALT
-    assert seen(told, "the measured motors are too old") is told
+    assert slowed_where_unseen(told, "the measured motors are too old") is told

@@ -12,8 +12,9 @@ from helpers.shipped_steps import STEPS
 
 from cpr_core import solve_forward, solve_home
 from cpr_core.model.assessment import MEASURES, Assessment, Threshold
-from cpr_ros.following.goals import MotorGoal, motor_steps
+from cpr_ros.following.goals import MotorGoal
 from cpr_ros.following.judged_steps import LARGEST_CHANGE
+from cpr_ros.following.motor_ways import motor_steps
 from cpr_ros.following.steps import attempt
 from cpr_ros.following.supervision import Refusal
 from cpr_ros.following.surroundings import Surroundings

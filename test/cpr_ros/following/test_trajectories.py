@@ -34,7 +34,7 @@ def test_it_is_where_it_should_be_at_every_tick_and_ends_exactly(rfrfr):
     begin = rfrfr.now - motion.goal.due(rfrfr.now)
     while not endings:
         rfrfr.tick()
-        np.testing.assert_allclose(rfrfr.motors, path.at(rfrfr.now - begin)[0], atol=1e-12)
+        np.testing.assert_allclose(rfrfr.motors, path.at(rfrfr.now - begin).positions, atol=1e-12)
     assert endings[0].val == ErrorCode.SUCCESS
     assert endings[0].time == pytest.approx(1.0, abs=1e-6)
     np.testing.assert_array_equal(rfrfr.motors, home + [0.2, 0.1])

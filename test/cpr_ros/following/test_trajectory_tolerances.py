@@ -12,7 +12,7 @@ from cpr_ros.following.measured_motors import MeasuredMotors, MotorMeasurement
 from cpr_ros.following.motor_path import MotorPath
 from cpr_ros.following.moved_by_others import SETTLING
 from cpr_ros.following.trajectory_order import TrajectoryOrder
-from cpr_ros.following.trajectory_tolerances import arrived, broken_tolerance
+from cpr_ros.following.trajectory_tolerances import TrajectoryTolerances
 
 NAMES = ("motor1", "motor2")
 PERIOD = 0.005
@@ -26,20 +26,28 @@ def order(path_tolerance=FREE, goal_tolerance=FREE, goal_time_tolerance=np.inf):
     return TrajectoryOrder(np.array([2.0]), POINTS[1:], None, None, None, *given_tolerances)
 
 
+def tolerances(wanted):
+    return TrajectoryTolerances(NAMES, wanted, PATH, PERIOD)
+
+
 def broken(wanted, due, commands, measured=None, missing=""):
-    return broken_tolerance(NAMES, wanted, PATH, due, commands, measured, missing, PERIOD)
+    return tolerances(wanted).broken(due, commands, measured, missing)
+
+
+def arrived(wanted, measured, missing):
+    return tolerances(wanted).arrived(measured, missing)
 
 
 @given(due=st.floats(0.0, 2.0), age=st.floats(0.0, 0.4))
 def test_motors_that_were_where_they_should_be_then_break_nothing(due, age):
     """However long ago that was: the path is looked at as it was at that time."""
-    measured = MotorMeasurement(PATH.at(due - age)[0], age)
-    assert broken(order([1e-9, 1e-9]), due, PATH.at(due)[0], measured) is None
+    measured = MotorMeasurement(PATH.at(due - age).positions, age)
+    assert broken(order([1e-9, 1e-9]), due, PATH.at(due).positions, measured) is None
 
 
 @given(due=st.floats(0.2, 2.0), lag=st.floats(1e-3, 0.2))
 def test_motors_that_lag_break_the_tolerance_they_are_beyond(due, lag):
-    commands = PATH.at(due)[0]
+    commands = PATH.at(due).positions
     away = np.array([0.0, lag])
     measured = MotorMeasurement(commands + away, 0.0)
     assert broken(order([1e-6, 1.01 * lag]), due, commands, measured) is None
@@ -49,7 +57,7 @@ def test_motors_that_lag_break_the_tolerance_they_are_beyond(due, lag):
 
 
 def test_commands_come_first_and_are_not_called_measured():
-    sent = PATH.at(1.0)[0] - 0.1
+    sent = PATH.at(1.0).positions - 0.1
     _, text = broken(order([0.05, 0.05]), 1.0, sent, MotorMeasurement(sent, 0.0))
     assert "motor1 is 0.1 from where the trajectory has it" in text
 
@@ -57,16 +65,16 @@ def test_commands_come_first_and_are_not_called_measured():
 def test_without_a_tolerance_any_error_is_one():
     lost = MotorMeasurement(np.array([5.0, 5.0]), 0.0)
     for due in (1.0, 2.0, 100.0):
-        assert broken(order(), due, PATH.at(due)[0], lost) is None
-    assert arrived(order(), PATH, lost, "")
+        assert broken(order(), due, PATH.at(due).positions, lost) is None
+    assert arrived(order(), lost, "")
 
 
 def test_at_the_end_measured_motors_have_the_time_to_arrive():
     wanted = order(goal_tolerance=[0.01, np.inf])
     near, far = (MotorMeasurement(PATH.last - [error, 1.0], 0.0) for error in (0.009, 0.011))
-    assert arrived(wanted, PATH, near, "")
-    assert arrived(wanted, PATH, None, "")
-    assert not arrived(wanted, PATH, far, "")
+    assert arrived(wanted, near, "")
+    assert arrived(wanted, None, "")
+    assert not arrived(wanted, far, "")
     for late in (0.0, 0.99 * SETTLING):
         assert broken(wanted, 2.0 + late, PATH.last, far) is None
     measure, text = broken(wanted, 2.0 + 1.01 * SETTLING, PATH.last, far)
@@ -88,12 +96,12 @@ def test_motors_that_are_measured_no_more_hold_no_tolerance(allowed):
     """Encoders were dead, and the trajectory succeeded by its commands."""
     near, missing = np.array([0.01, np.inf]), "the encoders are dead"
     on_the_way, at_the_end = order(near), order(FREE, near, allowed)
-    measure, text = broken(on_the_way, 1.0, PATH.at(1.0)[0], None, missing)
+    measure, text = broken(on_the_way, 1.0, PATH.at(1.0).positions, None, missing)
     assert measure == "path_tolerance" and missing in text
-    assert broken(on_the_way, 1.0, PATH.at(1.0)[0], None, "") is None
-    assert broken(at_the_end, 1.0, PATH.at(1.0)[0], None, missing) is None
-    assert not arrived(at_the_end, PATH, None, missing)
-    assert arrived(on_the_way, PATH, None, missing)
+    assert broken(on_the_way, 1.0, PATH.at(1.0).positions, None, "") is None
+    assert broken(at_the_end, 1.0, PATH.at(1.0).positions, None, missing) is None
+    assert not arrived(at_the_end, None, missing)
+    assert arrived(on_the_way, None, missing)
     assert broken(at_the_end, 2.0 + 0.99 * SETTLING, PATH.last, None, missing) is None
     measure, text = broken(at_the_end, 2.0 + 1.01 * SETTLING, PATH.last, None, missing)
     assert measure == ("goal_tolerance" if np.isinf(allowed) else "goal_time_tolerance")

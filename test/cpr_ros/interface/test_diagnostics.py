@@ -7,7 +7,7 @@ import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from cpr_ros.interface.diagnostics import diagnostic_array
+from cpr_ros.interface.diagnostics import NodeHealth, diagnostic_array
 
 DROPPED = "messages dropped since the last diagnostics: 2 of a, 1 of b"
 OTHERS = "/commands has 1 more publisher: others command the motors too"
@@ -24,9 +24,8 @@ OTHERS = "/commands has 1 more publisher: others command the motors too"
 )
 def test_what_is_wrong_is_told_in_one_line(newest, others, words):
     """Without a robot in operation the level is higher all the same."""
-    (status,) = diagnostic_array(
-        "n", "inactive", None, "", {"a": 7}, newest, 3, others, Time()
-    ).status
+    health = NodeHealth("inactive", {"a": 7}, newest, late_ticks=3, commanders=others)
+    (status,) = diagnostic_array("n", health, None, "", Time()).status
     assert status.message == "; ".join(["inactive", *words])
     assert status.level == DiagnosticStatus.STALE
     values = {value.key: value.value for value in status.values}

@@ -465,5 +465,5 @@ def test_one_publisher_is_one_robot_whatever_it_says(source, publishers):
         measured = home + [0.4 * (number % 2), 0.0]
         listening.hear_measured(["motor1", "motor2"], measured.tolist())
         listening.tick(seconds=0.02)
-    told = session.told(listening.now)
+    told = session.verdict(listening.now)
     assert ("in two places" in told.text) == (publishers == 2)

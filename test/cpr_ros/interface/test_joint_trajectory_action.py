@@ -14,13 +14,13 @@ from helpers.drive import robot
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory
 
 from cpr_core import InvalidRequest, NonFiniteInput
-from cpr_ros.following.trajectory_following import Ending
+from cpr_ros.following.trajectory_motion import Ending
 from cpr_ros.interface.joint_trajectory_action import (
     FollowJointTrajectoryDialect,
     joint_error_code,
     joint_tolerances,
 )
-from cpr_ros.messages.trajectory_messages import trajectory_order
+from cpr_ros.messages.trajectory_messages import AllowedErrors, trajectory_order
 
 
 def tolerance(name, position, velocity=0.0, **others):
@@ -85,10 +85,10 @@ def test_both_dialects_mean_the_same_by_the_same_numbers(by_name):
                 component_path_tolerance=[],
                 component_goal_tolerance=[],
             )
-            given = FollowJointTrajectoryDialect().tolerances(goal)
+            given = FollowJointTrajectoryDialect().allowed(goal)
         else:
-            given = path, end, 0.0
-        return trajectory_order(made, message, Time(), *given)
+            given = AllowedErrors(path, end)
+        return trajectory_order(made, message, Time(), given)
 
     found = order(0.1, 0.2)
     np.testing.assert_array_equal(found.path_tolerance, [np.inf, 0.1])

@@ -25,7 +25,7 @@ from cpr_ros.following.setpoint_following import SetpointFollower
 from cpr_ros.maps.map_folder import MapFolder
 from cpr_ros.maps.map_messages import map_feedback, map_order, map_result
 from cpr_ros.maps.map_order import MapState
-from cpr_ros.messages.conversions import Frames
+from cpr_ros.messages.frames import Frames
 from cpr_ros.operation.solver import Solver
 
 Goal = MapWorkspace.Goal

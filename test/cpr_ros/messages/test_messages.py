@@ -43,24 +43,21 @@ from cpr_core.model.platform_coordinates import six_components
 from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.supervision import BLIND, FIELDS, Action, State, Status, Verdict
-from cpr_ros.interface.diagnostics import diagnostic_array
+from cpr_ros.interface.diagnostics import NodeHealth, diagnostic_array
 from cpr_ros.messages.analysis import (
     fill_kinemato_statics,
     fill_stability,
     message_matrix,
     singularity_message,
 )
-from cpr_ros.messages.conversions import (
-    Frames,
-    fill_equilibrium,
-    platform_pose,
-    with_wrench,
-)
+from cpr_ros.messages.equilibrium_messages import fill_equilibrium, platform_pose
+from cpr_ros.messages.frames import Frames
 from cpr_ros.messages.geometry import quaternion_of, twist_of, vector_of, wrench_of
 from cpr_ros.messages.model_error import model_error_message
 from cpr_ros.messages.motor_messages import measured_motors, motor_setpoint
 from cpr_ros.messages.stability_stream import Moment, StabilityStream
 from cpr_ros.messages.transforms import transform_of
+from cpr_ros.messages.wrench_messages import with_wrench
 
 FRAMES = Frames("base", "platform")
 
@@ -424,7 +421,8 @@ def diagnosed(drive):
         present=SimpleNamespace(outcome=drive.outcomes[-1]),
         robot=drive.robot,
     )
-    found = diagnostic_array("node", "active", session, "", {}, {}, 0, "", Time()).status[1]
+    health = NodeHealth("active", {}, {}, late_ticks=0, commanders="")
+    found = diagnostic_array("node", health, session, "", Time()).status[1]
     values = {value.key: value.value for value in found.values}
     return found.level, values["model error"]
 

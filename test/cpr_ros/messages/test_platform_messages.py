@@ -15,7 +15,7 @@ from rclpy.time import Time as RosTime
 from cpr_core import InvalidQuaternion, InvalidRequest, solve_forward, solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_ros.error_codes import RequestError
-from cpr_ros.messages.conversions import Frames
+from cpr_ros.messages.frames import Frames
 from cpr_ros.messages.geometry import fill_quaternion, fill_vector, quaternion_of, vector_of
 from cpr_ros.messages.platform_messages import (
     measured_pose,

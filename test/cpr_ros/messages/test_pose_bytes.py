@@ -14,8 +14,8 @@ from std_msgs.msg import Header
 
 from cpr_core import InvalidRequest
 from cpr_ros.messages import pose_bytes
-from cpr_ros.messages.conversions import pose_numbers
 from cpr_ros.messages.pose_bytes import read_pose
+from cpr_ros.messages.pose_messages import pose_numbers
 
 
 def message(frame="base"):

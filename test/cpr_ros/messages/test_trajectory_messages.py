@@ -10,7 +10,7 @@ from helpers.drive import changed_robot, robot
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import InvalidRequest, NonFiniteInput
-from cpr_ros.messages.trajectory_messages import duration_of, trajectory_order
+from cpr_ros.messages.trajectory_messages import AllowedErrors, duration_of, trajectory_order
 
 NAMES = ["motor2", "motor1"]
 
@@ -32,7 +32,9 @@ def test_all_numbers_are_put_in_the_order_of_the_motors():
     message = JointTrajectory(joint_names=NAMES, points=points)
     message.header.stamp = Time(sec=12, nanosec=250_000_000)
     now = Time(sec=10, nanosec=500_000_000)
-    order = trajectory_order(robot("rfrfr"), message, now, [0.0, 0.2], [0.3, 0.4], 1.5)
+    order = trajectory_order(
+        robot("rfrfr"), message, now, AllowedErrors([0.0, 0.2], [0.3, 0.4], 1.5)
+    )
     for name, expected in {
         "times": [1.0, 2.5],
         "positions": [[2.6, 0.5], [2.7, 0.6]],
@@ -69,7 +71,7 @@ def test_what_is_not_said_is_at_once_and_anything_goes():
 def test_what_cannot_be_followed_is_refused(points, tolerance, error, words):
     message = JointTrajectory(joint_names=NAMES, points=points)
     with pytest.raises(error, match=words):
-        trajectory_order(robot("rfrfr"), message, Time(), tolerance)
+        trajectory_order(robot("rfrfr"), message, Time(), AllowedErrors(tolerance))
 
 
 def test_rods_without_length_are_refused():

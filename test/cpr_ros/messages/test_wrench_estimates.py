@@ -19,9 +19,10 @@ from cpr_core import InvalidRequest, NonFiniteInput, solve_forward, solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_from_quaternion
 from cpr_ros.following import felt_wrench
 from cpr_ros.following.felt_wrench import FeltWrench, WrenchSettings
-from cpr_ros.messages.conversions import Frames, joint_state, with_wrench
+from cpr_ros.messages.equilibrium_messages import joint_state
+from cpr_ros.messages.frames import Frames
 from cpr_ros.messages.geometry import wrench_of
-from cpr_ros.messages.wrench_messages import measured_efforts, wrench_estimate
+from cpr_ros.messages.wrench_messages import measured_efforts, with_wrench, wrench_estimate
 
 SETTINGS = WrenchSettings(
     effort_deviation=0.005,

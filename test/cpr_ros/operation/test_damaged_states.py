@@ -83,7 +83,7 @@ def test_what_is_damaged_is_the_last_state_the_one_before_or_refused(file, lives
                 kept.last()
             assert kept.last_commands() is None
         else:
-            assert any(np.array_equal(kept.last().commands, known) for known in commands)
+            assert any(np.array_equal(kept.last().motors, known) for known in commands)
         kept.close()
         assert file.read_bytes() == damaged
 
@@ -95,7 +95,7 @@ def test_one_slot_is_enough(file, lives):
     for number, known in ((0, commands[1]), (1, commands[0])):
         file.write_bytes(changed_bytes(content, half(content, number), lambda _: 0))
         kept = KeptState(file, ROBOT)
-        np.testing.assert_array_equal(kept.last().commands, known)
+        np.testing.assert_array_equal(kept.last().motors, known)
         kept.close()
 
 
@@ -109,7 +109,7 @@ def test_a_damaged_file_is_made_anew_when_the_robot_is_placed(file, damage):
     kept.keep(at(0.6), at(0.6).motors)
     assert not kept.damage
     for _ in range(2):
-        np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+        np.testing.assert_array_equal(kept.last().motors, at(0.6).motors)
         kept.close()
         kept = KeptState(file, ROBOT)
     kept.close()
@@ -143,5 +143,5 @@ def test_a_damaged_file_that_was_removed_as_it_may_be_is_there_as_soon_as_someth
     kept.keep(at(0.6), at(0.6).motors)
     kept.close()
     kept = KeptState(file, ROBOT)
-    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    np.testing.assert_array_equal(kept.last().motors, at(0.6).motors)
     kept.close()

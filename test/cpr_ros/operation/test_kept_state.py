@@ -37,7 +37,7 @@ def test_what_was_kept_is_there_again_to_the_last_digit(file):
         last = kept.last()
         kept.close()
         np.testing.assert_allclose(last.equilibrium.state, found.state, rtol=0.0, atol=1e-12)
-        np.testing.assert_array_equal(last.commands, found.motors + 0.01)
+        np.testing.assert_array_equal(last.motors, found.motors + 0.01)
         np.testing.assert_array_equal(last.equilibrium.loads.wrench_world, found.loads.wrench_world)
         assert loads is not None or last.equilibrium.loads is ROBOT.default_loads
 
@@ -67,7 +67,7 @@ def test_a_robot_that_was_lost_is_nowhere_until_it_is_found_again(file):
         kept.last()
     assert kept.last_commands() is None
     kept.keep(found, found.motors)
-    np.testing.assert_array_equal(kept.last().commands, found.motors)
+    np.testing.assert_array_equal(kept.last().motors, found.motors)
     kept.close()
 
 
@@ -139,7 +139,7 @@ for _ in sys.stdin:
             kept = KeptState(file, ROBOT)
             last = kept.last()
             kept.close()
-            assert last.commands[0] in (told, told + 1)
+            assert last.motors[0] in (told, told + 1)
             np.testing.assert_allclose(last.equilibrium.motors, solve_home(ROBOT).motors)
 
 

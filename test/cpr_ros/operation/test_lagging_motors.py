@@ -98,7 +98,7 @@ def test_there_is_a_way_back_from_a_motor_that_jams(bench):
             bench.tick()
     np.testing.assert_array_equal(bench.commands[-1], home)
     assert session.present.outcome.state == State.IDLE
-    assert not session.others.away
+    assert not session.moved_by_others.away
 
 
 @pytest.mark.parametrize(("speed", "begins_there"), [(1.0, True), (0.2, False)])
@@ -175,7 +175,7 @@ def test_a_jammed_motor_ends_what_waits_for_it_without_a_tolerance_too(bench):
         bench.tick()
     assert session.follower.goal is None and not begin
     assert "the motors do not follow: one was measured" in session.orders.left_behind
-    assert len(bench.commands) == sent and not session.others.in_question
+    assert len(bench.commands) == sent and not session.moved_by_others.in_question
 
 
 def test_motors_that_are_measured_once_hold_no_goal_up_for_ever(bench):
@@ -196,7 +196,7 @@ def test_motors_that_are_measured_once_hold_no_goal_up_for_ever(bench):
 
 def test_what_is_told_of_a_robot_that_waits_is_that_it_is_not_seen(bench):
     session, _ = jammed(bench)
-    told = session.told(bench.now)
+    told = session.verdict(bench.now)
     assert session.present.outcome.verdict.action == Action.NONE
     assert (told.action, told.speed_scale) == (Action.SLOW, BLIND)
     assert "the commands wait for a motor" in told.text

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from cpr_core import load_robot, solve_forward, solve_home
-from cpr_ros import whereabouts
-from cpr_ros.operation.kept_state import KeptState
-from cpr_ros.whereabouts import Whereabouts
+from cpr_ros.operation import place_memory
+from cpr_ros.operation.kept_state import KeptState, KnownPlace
+from cpr_ros.operation.place_memory import PlaceMemory
 
 ROBOT = load_robot("rfrfr")
 
@@ -28,21 +28,14 @@ def closed_folder(path, **options):
 
 
 class Late:
-    """The whereabouts of a node whose file another one has."""
+    """What a node remembers whose file another one has."""
 
     def __init__(self, folder):
         self.said = []
         self.file = folder / "cpr_node.3.state"
         self.other = KeptState(self.file, ROBOT)
-        self.session = SimpleNamespace(robot=ROBOT, known_place=None, unplaced=False)
         log = SimpleNamespace(warning=self.said.append, info=self.said.append)
-        node = SimpleNamespace(
-            get_fully_qualified_name=lambda: "/cpr_node",
-            context=SimpleNamespace(get_domain_id=lambda: 3),
-            get_logger=lambda: log,
-        )
-        parameters = SimpleNamespace(start_from="auto", state_directory=str(folder))
-        self.whereabouts = Whereabouts(node, parameters, self.session, None, time.monotonic())
+        self.memory, self.place = PlaceMemory(self.file, ROBOT, log), None
 
     def others(self, *motors, before=0.0):
         """The other node moves, some time before now [s]."""
@@ -53,15 +46,18 @@ class Late:
 
     def moves(self, *motors):
         found = at(*motors)
-        self.session.known_place = found, found.motors
-        self.whereabouts.keep()
+        self.place = KnownPlace(found, found.motors)
+        self.memory.keep(self.place)
+
+    def look_after_file(self):
+        self.memory.look_after_file(self.place)
 
     def kept(self):
         """What is in the file, as the next start has it."""
         kept = KeptState(self.file, ROBOT)
         last = kept.last()
         kept.close()
-        return None if last is None else last.commands.tolist()
+        return None if last is None else last.motors.tolist()
 
 
 @pytest.fixture
@@ -72,12 +68,12 @@ def late(tmp_path):
 def test_a_place_that_could_not_be_kept_is_kept_later(late):
     late.others(3.0, 0.3, before=10.0)
     late.moves(2.7, 0.4)
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     late.other.close()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert "is kept in" in late.said[-1]
     late.moves(2.8, 0.4)
-    late.whereabouts.close()
+    late.memory.close()
     assert late.kept() == [2.8, 0.4]
 
 
@@ -86,16 +82,16 @@ def test_whoever_wrote_later_knows_better(late, monkeypatch):
     late.moves(2.7, 0.4)
     late.others(3.4, -0.2, before=-1.0)
     late.other.close()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.kept() == [3.4, -0.2]
-    monkeypatch.setattr(whereabouts, "KeptState", None)  # it is not opened again
-    late.whereabouts.look_after_file()
+    monkeypatch.setattr(place_memory, "KeptState", None)  # it is not opened again
+    late.look_after_file()
     monkeypatch.undo()
     assert late.kept() == [3.4, -0.2] and len(late.said) == 1
     os.utime(late.file, (time.time() - 10.0,) * 2)
     late.moves(2.8, 0.4)  # it moves on
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.8, 0.4]
 
 
@@ -105,8 +101,8 @@ def test_no_clock_tells_who_knows_better(late, ahead):
     late.others(3.0, 0.3, before=-ahead)
     late.moves(2.7, 0.4)
     late.other.close()
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.7, 0.4]
 
 
@@ -115,7 +111,7 @@ def test_whoever_wrote_later_knows_better_by_any_clock(late, ahead):
     late.moves(2.7, 0.4)
     late.others(3.4, -0.2, before=-ahead)
     late.other.close()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.kept() == [3.4, -0.2]
 
 
@@ -127,8 +123,8 @@ def test_where_nobody_could_look_the_clock_tells(late, monkeypatch, before, expe
         closed.setattr(os, "stat", closed_folder)
         late.moves(2.7, 0.4)
     late.other.close()
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == expected
 
 
@@ -136,17 +132,17 @@ def test_where_nothing_is_known_nothing_is_made(late):
     """An empty file would be that of a robot that never moved: it begins at home."""
     late.other.close()
     late.file.unlink()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert not late.file.exists() and len(late.said) == 1
     late.moves(2.7, 0.4)
-    late.session.known_place, place = None, late.session.known_place
+    late.place, place = None, late.place
     for _ in range(5):
-        late.whereabouts.look_after_file()
+        late.look_after_file()
     assert not late.file.exists()
-    late.session.known_place = place
+    late.place = place
     for _ in range(5):  # for as long as a node that has it may take to mend it
-        late.whereabouts.look_after_file()
-    late.whereabouts.close()
+        late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.7, 0.4]
 
 
@@ -156,8 +152,8 @@ def test_an_empty_file_knows_nothing_better(late):
     late.other.close()
     late.file.unlink()
     KeptState(late.file, ROBOT).close()
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.7, 0.4]
 
 
@@ -169,8 +165,8 @@ def test_to_open_a_file_is_not_to_write_it(late):
     late.other.close()
     KeptState(late.file, ROBOT).close()
     assert late.file.stat().st_mtime_ns == written
-    late.whereabouts.look_after_file()
-    late.whereabouts.close()
+    late.look_after_file()
+    late.memory.close()
     assert late.kept() == [2.7, 0.4]
 
 
@@ -179,13 +175,13 @@ def test_a_file_that_is_removed_is_left_to_the_node_that_has_it(late):
     late.moves(2.7, 0.4)
     late.others(3.4, -0.2, before=-1.0)
     late.file.unlink()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.other.mend()
     os.utime(late.file, (time.time() + 1.0,) * 2)
     for _ in range(5):
-        late.whereabouts.look_after_file()
+        late.look_after_file()
     late.other.close()
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.kept() == [3.4, -0.2]
 
 
@@ -204,7 +200,7 @@ def test_what_is_not_of_this_robot_is_left_alone(late, what):
     os.utime(late.file, (1.0, 1.0))
     content = late.file.read_bytes()
     late.moves(2.7, 0.4)
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert late.file.read_bytes() == content and len(late.said) == 1
     KeptState(late.file, ROBOT).close()  # it is free for whoever else has it
 
@@ -214,7 +210,7 @@ def test_a_full_disk_is_not_said_to_keep_it(late, monkeypatch):
     late.moves(2.7, 0.4)
     monkeypatch.setattr(os, "pwrite", lambda *_: 0)
     os.utime(late.file, (1.0, 1.0))
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     assert "cannot be kept" in late.said[-1]
     assert np.all(["is kept in" not in said for said in late.said])
 
@@ -222,15 +218,15 @@ def test_a_full_disk_is_not_said_to_keep_it(late, monkeypatch):
 def test_a_disk_that_fails_again_is_told_again(late, monkeypatch):
     late.other.close()
     late.moves(2.7, 0.4)
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     for number in (1, 2):
         with monkeypatch.context() as full:
             full.setattr(os, "pwrite", lambda *_: 0)
             late.moves(2.7, 0.4 + 0.1 * number)
             late.moves(2.8, 0.4 + 0.1 * number)
             assert sum("cannot be kept" in said for said in late.said) == number
-        late.whereabouts.look_after_file()
-    late.whereabouts.close()
+        late.look_after_file()
+    late.memory.close()
     assert late.kept() == pytest.approx([2.8, 0.6])
 
 
@@ -238,7 +234,7 @@ def test_only_another_place_is_written(late):
     """Commands under way belong to the equilibrium of before, and a solution has those of before."""
     late.other.close()
     late.moves(2.7, 0.4)
-    late.whereabouts.look_after_file()
+    late.look_after_file()
     first, second = at(2.7, 0.4), at(2.7, 0.4)
     motors, contents = first.motors, []
     for place in (
@@ -249,8 +245,7 @@ def test_only_another_place_is_written(late):
         (second, None),
         (second, None),
     ):
-        late.session.known_place = place
-        late.whereabouts.keep()
+        late.memory.keep(KnownPlace(*place))
         contents.append(late.file.read_bytes())
     new = [last != before for before, last in pairwise(contents)]
     assert new == [False, True, True, True, False]

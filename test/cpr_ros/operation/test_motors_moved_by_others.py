@@ -64,12 +64,12 @@ def test_what_a_goal_was_told_of_motors_elsewhere_stays_known(bench):
         bench.tick()
         measured_for(bench, home + way, 0.2)
         told.append(session.orders.left_behind)
-        assert told[-1] == session.follower.dropped == session.others.away != ""
+        assert told[-1] == session.follower.dropped == session.moved_by_others.away != ""
         measured_for(bench, home + way + 0.05, 0.2)
-        assert session.others.away != told[-1]
+        assert session.moved_by_others.away != told[-1]
         assert session.orders.left_behind == told[-1]
         measured_for(bench, home, 0.2)
-        assert session.others.away == ""
+        assert session.moved_by_others.away == ""
     assert told[0] != told[1]
 
 
@@ -80,7 +80,7 @@ def moved(bench):
     commanded(bench.session, motors)
     for way in np.arange(0.0, 0.4, 0.02):  # by a hand, at rest nowhere
         assert not measured_for(bench, motors + way, 0.1)
-    assert bench.session.others.away
+    assert bench.session.moved_by_others.away
     return bench
 
 
@@ -94,7 +94,7 @@ def halted(bench):
     if told.action == Action.NONE:
         return False
     assert (told.action, told.speed_scale) == (Action.HALT, 0.0)
-    assert told.text == bench.session.others.away != ""
+    assert told.text == bench.session.moved_by_others.away != ""
     return True
 
 
@@ -115,7 +115,7 @@ def test_that_others_have_moved_the_motors_is_a_halt_until_they_are_measured_whe
     session.take_measured(home.motors + 0.05, moved.now)
     assert not session.at_rest
     assert not halted(moved)
-    np.testing.assert_array_equal(session.known_place[1], home.motors)
+    np.testing.assert_array_equal(session.known_place.motors, home.motors)
     session.orders.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
     assert moved.tick().state == State.FOLLOWING
 
@@ -141,7 +141,7 @@ def test_no_moved_tolerance_sets_off_no_commands_that_were_on_their_way(bench):
     for _ in range(2):
         bench.now += 0.1
         session.take_measured(home.motors + 0.5, bench.now)
-    assert session.others.away and bench.tick().state == State.ALIGNING
+    assert session.moved_by_others.away and bench.tick().state == State.ALIGNING
     sent = len(bench.commands)
     apply_live(session, replace(LIVE, moved_tolerance=0.0), bench.now)
     assert bench.tick().state == State.PAUSED
@@ -226,10 +226,10 @@ def test_a_doubt_that_nothing_settles_ends_what_waits(bench):
     for age in (0.0, 0.4):
         due = bench.look(bench.now + age, resting=False)
         assert endings == []
-        assert due == session.others.due == pytest.approx(bench.now + 0.5)
+        assert due == session.moved_by_others.due == pytest.approx(bench.now + 0.5)
     bench.look(bench.now + 0.5, resting=False)
     assert "somebody else has moved the motors" in endings[0].message
-    assert session.others.due == math.inf
+    assert session.moved_by_others.due == math.inf
     assert bench.tick().verdict.action == Action.HALT
 
 

@@ -16,7 +16,7 @@ from cpr_ros.closed_loop.jogging import PlatformTwist
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State
 from cpr_ros.following.trajectory_order import TrajectoryOrder
-from cpr_ros.messages.conversions import Frames
+from cpr_ros.messages.frames import Frames
 from cpr_ros.operation.live_changes import apply_live
 from cpr_ros.operation.session import Session
 from cpr_ros.settings.node_settings import Parameters, live_parameters

@@ -16,7 +16,7 @@ from cpr_core import CprError, solve_forward, solve_home
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State
-from cpr_ros.messages.conversions import Frames
+from cpr_ros.messages.frames import Frames
 from cpr_ros.operation.live_changes import apply_live
 from cpr_ros.operation.session import Session
 from cpr_ros.operation.starting_place import begin_at

@@ -19,7 +19,8 @@ from cpr_core import TimeLimitExceeded, solve_forward, solve_home
 from cpr_core.model.assessment import Assessment
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.setpoint_following import SetpointFollower
-from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.messages.equilibrium_messages import fill_equilibrium
+from cpr_ros.messages.frames import Frames
 from cpr_ros.operation.solver import Solver
 
 FRAMES = Frames("base", "platform")

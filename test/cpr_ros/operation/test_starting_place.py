@@ -11,8 +11,8 @@ from helpers.geared_robots import geared
 from helpers.session_bench import ticked
 
 from cpr_core import CprError, solve_forward, solve_home, solve_inverse
-from cpr_ros.messages.conversions import Frames
-from cpr_ros.operation.kept_state import LastState
+from cpr_ros.messages.frames import Frames
+from cpr_ros.operation.kept_state import KnownPlace
 from cpr_ros.operation.session import Session
 from cpr_ros.operation.starting_place import (
     HELD,
@@ -49,7 +49,7 @@ def at(session):
 def test_the_wrench_of_then_is_taken_away_and_the_commands_stay(session):
     loads = session.robot.default_loads.with_(wrench_world=[0, 0, 0, 0.2, -0.3, 0])
     pushed = solve_forward(session.robot, [2.7, 0.4], loads=loads)
-    said = begin_at_last(session, LastState(pushed, np.array([2.71, 0.39])))
+    said = begin_at_last(session, KnownPlace(pushed, np.array([2.71, 0.39])))
     began = (
         "where it was last, motors (2.7, 0.4); commands were on their way there from (2.71, 0.39)"
     )
@@ -64,7 +64,7 @@ def test_an_equilibrium_that_is_unstable_without_its_wrench_is_no_place_to_begin
     unstable = solve_inverse(session.robot, [0.0, 0.0])
     assert unstable.index_locked > 0
     with pytest.raises(CprError, match="unstable"):
-        begin_at_last(session, LastState(unstable, unstable.motors))
+        begin_at_last(session, KnownPlace(unstable, unstable.motors))
 
 
 def test_measured_near_by_it_stays_on_its_branch_and_far_away_it_is_on_that_of_home(session):

@@ -136,7 +136,7 @@ def test_what_others_do_to_the_file_is_noticed_and_mended(file, change, then_kep
     kept.close()
     kept = KeptState(file, ROBOT)
     expected = at((0.3, 0.6, 0.9)[then_kept]).motors
-    np.testing.assert_array_equal(kept.last().commands, expected)
+    np.testing.assert_array_equal(kept.last().motors, expected)
     kept.close()
 
 
@@ -158,7 +158,7 @@ def test_where_a_link_leads_the_file_is_made_anew_too(file, linked):
     kept.close()
     assert file.is_symlink() is (linked == "file")
     kept = KeptState(file, ROBOT)
-    np.testing.assert_array_equal(kept.last().commands, at(0.3).motors)
+    np.testing.assert_array_equal(kept.last().motors, at(0.3).motors)
     kept.close()
 
 
@@ -181,7 +181,7 @@ def test_a_link_that_is_led_elsewhere_is_followed(file, linked):
     assert kept.mend() and not kept.mend()
     kept.close()
     kept = KeptState(file, ROBOT)
-    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    np.testing.assert_array_equal(kept.last().motors, at(0.6).motors)
     kept.close()
 
 
@@ -234,7 +234,7 @@ def test_a_removed_file_that_another_node_has_made_again_is_left_to_it(file):
     assert kept.mend()
     kept.close()
     kept = KeptState(file, ROBOT)
-    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    np.testing.assert_array_equal(kept.last().motors, at(0.6).motors)
     kept.close()
 
 
@@ -260,7 +260,7 @@ def test_what_could_not_be_written_is_an_error_and_is_written_later(file, monkey
     assert kept.mend()
     kept.close()
     kept = KeptState(file, ROBOT)
-    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    np.testing.assert_array_equal(kept.last().motors, at(0.6).motors)
     kept.close()
 
 

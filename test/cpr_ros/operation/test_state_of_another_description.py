@@ -106,7 +106,7 @@ def test_a_comment_is_no_other_description(file):
         assert same != text
         kept = KeptState(file, load_robot(same))
         assert not kept.problem
-        np.testing.assert_array_equal(kept.last().commands, at(0.5).motors)
+        np.testing.assert_array_equal(kept.last().motors, at(0.5).motors)
         kept.close()
 
 
@@ -126,7 +126,7 @@ def test_what_another_description_left_stays_until_something_new_is_kept(file):
         kept.close()
     kept = KeptState(file, ROBOT)
     assert not kept.problem
-    np.testing.assert_array_equal(kept.last().commands, at(0.6).motors)
+    np.testing.assert_array_equal(kept.last().motors, at(0.6).motors)
     kept.close()
     for other in others:
         kept = KeptState(file, other)
@@ -134,7 +134,7 @@ def test_what_another_description_left_stays_until_something_new_is_kept(file):
         kept.keep(home, home.motors + 0.01)
         kept.close()
         kept = KeptState(file, other)
-        np.testing.assert_array_equal(kept.last().commands, home.motors + 0.01)
+        np.testing.assert_array_equal(kept.last().motors, home.motors + 0.01)
         kept.close()
         kept = KeptState(file, ROBOT)  # the robot has been elsewhere since
         assert "another description" in kept.problem

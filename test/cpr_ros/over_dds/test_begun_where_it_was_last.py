@@ -19,7 +19,8 @@ from lifecycle_msgs.msg import Transition
 from sensor_msgs.msg import JointState
 
 from cpr_core import load_robot, solve_forward, solve_home, solve_inverse
-from cpr_ros.messages.conversions import Frames, fill_equilibrium
+from cpr_ros.messages.equilibrium_messages import fill_equilibrium
+from cpr_ros.messages.frames import Frames
 
 pytestmark = pytest.mark.waits(seconds=40)
 
@@ -168,7 +169,7 @@ def test_another_description_begins_where_the_motors_were_sent_last(bench, befor
     bench.until_at(last)
     bench.process.stop()
     kept = bench.kept(described)  # the description may have been the wrong one
-    np.testing.assert_array_equal(kept.last().commands, last)
+    np.testing.assert_array_equal(kept.last().motors, last)
     kept.close()
     bench.start()
     bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)

@@ -14,7 +14,8 @@ from helpers.shipped_steps import CHAINS, REDUNDANT, STEPS
 from visualization_msgs.msg import MarkerArray
 
 from cpr_core import load_robot, solve_forward, solve_home
-from cpr_ros.messages.conversions import Frames, platform_pose
+from cpr_ros.messages.equilibrium_messages import platform_pose
+from cpr_ros.messages.frames import Frames
 
 
 @pytest.fixture(params=CHAINS, scope="module")
