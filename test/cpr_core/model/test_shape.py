@@ -43,11 +43,21 @@ def test_a_shape_is_told_in_a_line():
     assert repr(shape) == "<LegShape: 200 points along 1 m, joints revolute spherical>"
 
 
-@pytest.mark.parametrize("points", [3, 0, -1, 4.5, "many", 1001])
+@pytest.mark.parametrize("points", [11, 0, -1, 4.5, "many", 1001])
 def test_too_few_points_and_too_many_are_refused(points):
     with pytest.raises(InvalidRequest, match="points"):
         leg_shapes(solve_home(load_robot("rfrfr")), points)
-    assert len(leg_shapes(solve_home(load_robot("rfrfr")), 4)[0].arc_length) == 4
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "four_rfr", "gough_stewart", "six_rfs"])
+def test_the_fewest_points_lead_to_the_platform_too(name):
+    """Four missed it by centimetres, without a word."""
+    robot = load_robot(name)
+    equilibrium = solve_forward(robot, solve_home(robot).motors + 0.05 * robot.motor_units)
+    for leg, shape in zip(robot.description.legs, leg_shapes(equilibrium, 12), strict=True):
+        tip = equilibrium.platform_position + equilibrium.platform_rotation @ leg.joint.position
+        np.testing.assert_allclose(shape.position[-1], tip, atol=1e-7)
+        assert np.sum(shape.rod == 0) == 12
 
 
 @pytest.mark.parametrize("name", CHAINS)
