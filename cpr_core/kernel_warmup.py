@@ -14,6 +14,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from .identification.felt_wrench import estimate_wrench
 from .kernels.kernel_sources import kernel_modules, read_sources
 from .kernels.prepared_robot import evaluate_record
@@ -23,6 +25,7 @@ from .numba_fence import hear_compilation
 from .solving.discretisation_error import error_of
 from .solving.geometrico_statics import solve_forward
 from .solving.home import solve_home
+from .solving.limits import undisturbed
 from .solving.load_robot import load_robot
 from .solving.parameter_derivatives import derivatives
 
@@ -57,6 +60,7 @@ def compile_kernels() -> Iterator[str]:
     solve_forward(robot, home.motors, start=home)
     _ = home.margin
     rotation_from_angles(*roll_pitch_yaw(home.platform_rotation))
+    undisturbed(np.ones((2, 1)))  # as robots with limits are
     kinemato_statics(home).smallest_singular_value("forward")
     evaluate_record(robot.prepared, home.load_arrays, home.record)  # as straight legs are
     error_of(home)
