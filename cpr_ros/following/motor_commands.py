@@ -5,7 +5,7 @@
 
 Where the motors are measured, none is farther from there either than they may be behind: one that jams
 or has no power holds up all the others, which would bend the rods between them, and does not jump far
-when it goes on.
+when it goes on. So does one that is measured beside its way.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 
 #: What rounding may add to a step, relative.
 _SLACK = 1e-5
+#: Ahead of its way a motor is where it did not follow before, and is sent back to; not so much farther.
+_NOT_BEHIND = 2.0
 
 
 class MotorCommands:
@@ -37,20 +39,28 @@ class MotorCommands:
         waits: Whether the last step was none: measured motors are too far behind.
         max_lead: Commands are ahead of measured motors by what these do at full speed in so long at most
             [s], or in a tick; 0: by anything.
+        tolerance: Motors that are not behind wait if they are measured farther off than this, and than
+            `max_lead` allows [rad, rod lengths]; 0: wherever they are.
+        beside: Name of a motor that the last step was shortened for, as it is not behind but elsewhere.
     """
 
-    def __init__(self, robot: Robot, period: float, max_lead: float = 0.0) -> None:
+    def __init__(
+        self, robot: Robot, period: float, max_lead: float = 0.0, tolerance: float = 0.0
+    ) -> None:
         """Know nothing yet.
 
         Args:
             robot: The robot.
             period: Time of a tick [s].
             max_lead: See the attribute [s].
+            tolerance: See the attribute [rad, rod lengths].
         """
         self.robot, self.period, self.max_lead = robot, period, max_lead
+        self.tolerance, self.beside = tolerance, ""
         self.newest: Floats | None = None
         self.repeatable, self.waits = True, False
         self._speed, self._steps = math.nan, list[float]()
+        self._units = robot.motor_units.tolist()
 
     def place(self, motors: Floats | None, *, repeatable: bool = True) -> None:
         """Take note of where the motors are, (n,): measured, or commanded before."""
@@ -91,14 +101,26 @@ class MotorCommands:
 
         None that is too far already goes any farther. Arguments as in :meth:`step_to`.
         """
+        self.beside = ""
         if self.newest is None or measured is None or not self.max_lead:
             return 1.0
         part, lead, steps = 1.0, self._lead_in_ticks, self._steps_at(max_speed)
-        for begin, end, place, step in zip(
-            self.newest.tolist(), motors.tolist(), measured.tolist(), steps, strict=True
+        for name, unit, begin, end, place, step in zip(
+            self.robot.motor_names,
+            self._units,
+            self.newest.tolist(),
+            motors.tolist(),
+            measured.tolist(),
+            steps,
+            strict=True,
         ):
+            ahead = (begin - place) * math.copysign(1.0, end - begin)
+            beside = abs(ahead) if begin == end else -ahead / _NOT_BEHIND
+            allowed = (1.0 + 10.0 * _SLACK) * max(lead * step, self.tolerance * unit)
+            if beside > allowed and self.tolerance:
+                self.beside = name
+                return 0.0
             if begin != end:
-                ahead = (begin - place) * math.copysign(1.0, end - begin)
                 part = min(part, (max(lead * step, abs(ahead)) - ahead) / abs(end - begin))
         return 1.0 if part > 1.0 - _SLACK else part
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.errors import distinct
 
+from .constant_offset import ConstantOffset
 from .motor_ways import largest_way, motor_steps
 from .standstill import RESTING, Standstill
 from .two_places import OFTEN, TwoPlaces, apart_in_words
@@ -66,6 +67,7 @@ class MovedByOthers:
         self._places, self._apart = TwoPlaces(robot), 0.0
         self._trial, self._tried_since = "", -math.inf
         self._mirrored = False
+        self._offset, self._off_again = ConstantOffset(robot), ""
         self._standstill = Standstill(robot)
         self._measured: Floats | None = None
         self._far_since = math.inf
@@ -93,6 +95,7 @@ class MovedByOthers:
         if arrived or self.away:  # else a pause in which they did not come is none
             self._standstill.begin(command)
         self._trust(now)
+        self._offset.sent(command, now)
         self._places.sent(command, now)
         self._standstill.commanded(command, now, self._is_late(command))
 
@@ -106,9 +109,15 @@ class MovedByOthers:
         """The motors are taken to be where the node has them."""
         self._commanded, self.away, self.doubt, self._apart = now, "", "", 0.0
 
-    def begin(self) -> None:
-        """The motors are known to be where the node has them, whatever was measured before."""
+    def begin(self, place: Floats | None = None) -> None:
+        """The motors are known to be where the node has them, whatever was measured before.
+
+        Args:
+            place: Where they are, (n,); None: unknown, commands begin there.
+        """
         self._trust(-math.inf)
+        self._offset.begin(place)
+        self._off_again = ""
         self._standstill.begin(None)
         self.forget_places()
 
@@ -180,6 +189,7 @@ class MovedByOthers:
         stuck = self._standstill.lasted(now) >= self._patience
         self._way = 0.0 if commands is None else largest_way(commands, measured, self._units)
         self._mirrored = commands is not None and self._is_mirrored(measured, commands)
+        self._off_again = self._said_of_offset(measured, commands, now)
         far = self._words()
         self._far_since = min(self._far_since, now) if far else math.inf
         self.away, self.doubt = "", ""
@@ -199,7 +209,19 @@ class MovedByOthers:
             self.doubt = self._words_of_doubt()
         # Those that do not follow are begun with a little later: it is told first that they do not.
         rest = now - self._standstill.since >= SETTLING and not self._in_motion
-        return bool(self.away) and rest and not self._mirrored
+        begin = bool(self.away) and rest and not (self._mirrored or self._off_again)
+        if begin and commands is not None:
+            self._offset.begun_with(measured - commands)
+        return begin
+
+    def _said_of_offset(self, measured: Floats, commands: Floats | None, now: float) -> str:
+        """That a motor is off its command as before it was begun with; until they agree, once said."""
+        if commands is None:
+            return ""
+        again = self._offset.take(measured, commands, self._tolerance, now)
+        if not 0.0 < self._tolerance < self._way:
+            return ""
+        return (self.away and self._off_again) or again
 
     def _is_mirrored(self, measured: Floats, commands: Floats) -> bool:
         """Whether all motors are measured where they were sent, but for a sign, and that is far."""
@@ -233,6 +255,8 @@ class MovedByOthers:
                 f"its command, as far as max_lead allows, and all at rest for {self._patience:.3g} s "
                 "while commands waited for them"
             )
+        if self._off_again:
+            return self._off_again
         told, tolerance = distinct(self._way, self._tolerance)
         if self._in_motion:
             return (

@@ -50,7 +50,7 @@ def apply_live(session: Session, live: LiveParameters, now: float) -> bool:
     if session.outgoing.waits and not forgotten:
         session.orders.hold_commands()  # on their way to where the robot was put
     session.measured.watchdog.timeout = live.measured_timeout
-    session.commands.max_lead = live.max_lead
+    session.commands.max_lead, session.commands.tolerance = live.max_lead, live.moved_tolerance
     if session.tracking is not None:
         session.tracking.watchdog.timeout = live.measured_timeout
         session.tracking.at_rest = False

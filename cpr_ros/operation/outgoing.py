@@ -61,6 +61,12 @@ class Outgoing:
         """That commands wait for motors that are too far behind, in words; empty if they do not."""
         if not self.waits:
             return ""
+        if self.commands.beside:
+            return (
+                f"the commands wait for {self.commands.beside}: it was measured beside its way, farther "
+                f"from its command than max_lead {self.commands.max_lead:g} s and moved_tolerance "
+                f"{self.commands.tolerance:g} allow"
+            )
         return (
             f"the commands wait for a motor: it was measured as far behind as max_lead "
             f"{self.commands.max_lead:g} s allows"

@@ -83,7 +83,7 @@ class Session:
                 f"{source}: expected a robot with motors, there are none to move or track"
             )
         self.robot, self.period = robot, 1.0 / parameters.tick_rate
-        self.commands = MotorCommands(robot, self.period, live.max_lead)
+        self.commands = MotorCommands(robot, self.period, live.max_lead, live.moved_tolerance)
         self.measured = MeasuredMotors(live.measured_timeout)
         self.moved_by_others = MovedByOthers(robot, live.moved_tolerance)
         self.wrench = ExternalWrench(robot, live.wrench_timeout)

@@ -55,7 +55,7 @@ def begin_at(
     place = Assessment(equilibrium, session.solver.current.characteristic_length, solve_time)
     session.solver.current = place
     session.commands.place(motors, repeatable=not session.moved_by_others.away)
-    session.moved_by_others.begin()
+    session.moved_by_others.begin(session.commands.newest)
     session.present.begin(place)
 
 

@@ -72,6 +72,75 @@ def test_commands_wait_for_a_motor_that_jams_and_say_so(bench):
     assert session.senses.unseen(bench.now) == ""
 
 
+@pytest.mark.parametrize(
+    ("off", "motor"),
+    [([0.0, -0.3], "motor2"), ([0.0, 0.3], "motor2"), ([2.0 * np.pi, 0.0], "motor1")],
+)
+def test_commands_wait_for_a_motor_that_is_beside_its_way(bench, off, motor):
+    """One that sagged while others moved bent its rod by any way, FOLLOWING with NONE and stable."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    session.orders.follow(MotorGoal(session.robot, home + [0.8, 0.0]), bench.now)
+    for _ in range(20):
+        session.take_measured(session.commands.newest, bench.now)
+        bench.tick()
+    place = session.commands.newest + off
+    session.take_measured(place, bench.now)
+    bench.tick()
+    sent = len(bench.commands)
+    for _ in range(50):
+        session.take_measured(place, bench.now)
+        bench.tick()
+    assert len(bench.commands) == sent
+    assert f"the commands wait for {motor}: it was measured beside" in session.senses.unseen(
+        bench.now
+    )
+    assert session.verdict(bench.now).action == Action.SLOW
+    for _ in range(400):  # it is where it was sent again
+        session.take_measured(session.commands.newest, bench.now)
+        bench.tick()
+    np.testing.assert_array_equal(bench.commands[-1], home + [0.8, 0.0])
+
+
+def test_a_motor_that_stays_beside_its_way_ends_what_waits_for_it(bench):
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    session.orders.follow(MotorGoal(session.robot, home + [0.8, 0.0]), bench.now)
+    bench.tick()
+    for _ in range(200):
+        session.take_measured(session.commands.newest - [0.0, 0.3], bench.now)
+        bench.tick()
+    assert session.follower.goal is None
+    assert "the motors do not follow: one was measured 0.3 " in session.orders.left_behind
+
+
+@pytest.mark.parametrize("tolerances", [{"moved_tolerance": 0.0}, {"max_lead": 0.0}])
+def test_who_lets_motors_be_anywhere_waits_for_none(bench, tolerances):
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    apply_live(session, replace(LIVE, **tolerances), bench.now)
+    commanded(session, home)
+    session.orders.follow(MotorGoal(session.robot, home + [0.3, 0.0]), bench.now)
+    bench.tick()
+    for _ in range(80):
+        session.take_measured(session.commands.newest - [0.0, 0.3], bench.now)
+        bench.tick()
+    np.testing.assert_array_equal(bench.commands[-1], home + [0.3, 0.0])
+
+
+def test_a_motor_that_jams_is_gone_back_to_at_once(bench):
+    """It is measured ahead of the way back, as far as max_lead had let commands go."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    commanded(session, home)
+    session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
+    for _ in range(80):
+        session.take_measured(home - [0.0, 0.05], bench.now)  # and gives way
+        bench.tick()
+    assert session.follower.waits
+    session.orders.follow(MotorGoal(session.robot, home), bench.now)
+    bench.tick()
+    assert bench.commands[-1][1] < bench.commands[-2][1]
+
+
 def test_what_is_held_off_farther_than_max_lead_does_not_hear_the_last_command_again(bench):
     """A controller that comes later would jump there."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
