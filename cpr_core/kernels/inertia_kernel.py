@@ -100,7 +100,7 @@ def _exchange(matrix, size, first, second):
         matrix[i, first], matrix[i, second] = matrix[i, second], matrix[i, first]
 
 
-@part
+@inlined
 def signs_of(robot, rotation, work, signs):
     """Count negative directions and find the sign of the inverse problem's determinant.
 

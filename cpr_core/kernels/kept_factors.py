@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .condensation_kernel import CONDENSED
 from .kernel_arrays import Lanes, RobotArrays
-from .kernel_decorators import inlined, part
+from .kernel_decorators import inlined
 from .lanes import get, lanes_dtype, load, put, store
 from .slots import SlotLayout
 
@@ -77,7 +77,7 @@ def kept_border(slots, group_count):
     return kept_row(slots, group_count, 0)
 
 
-@part
+@inlined
 def keep(robot, factors, kept):
     """Copy factors to memory of their own (``kept_factors``)."""
     slots, upper, width = robot.slots, factors.upper, robot.slot_index.shape[2]
@@ -101,7 +101,7 @@ def keep(robot, factors, kept):
                 at, lane = at + 1, 0
 
 
-@part
+@inlined
 def recall(robot, kept, factors):
     """Copy them back, where they are CONDENSED."""
     slots, upper = robot.slots, factors.upper

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from .delayed_pencil_kernel import compliance_of_platform, gather_pencil
-from .kernel_decorators import inlined, kernel, part
+from .kernel_decorators import inlined, kernel
 from .kernel_records import fed_length
 from .lanes import broadcast, highest, load, lower, store
 from .lu_kernel import lu_factor, lu_solve
@@ -85,7 +85,7 @@ def linearise(prepared, kept, record, all_of_it, evaluated, eigenvalues, respons
     return True, _respond(robot, record, response, pencil)
 
 
-@part
+@inlined
 def _put_elastic(robot, record, elastic):
     """Elastic stiffness of the legs as long as they are, dimensionless."""
     per_energy = 1.0 / robot.energy_unit
@@ -133,7 +133,7 @@ def _definite(slots, pencil, stored):
     return min(smallest, -highest(-softest)) > _SMALLEST_STIFFNESS * largest
 
 
-@part
+@inlined
 def _respond(robot, record, response, pencil):
     """Matrices of the kinemato-static model, from what the legs leave of platform and motors."""
     width, unit, scale = robot.slots.platform_count, robot.unit, robot.energy_unit

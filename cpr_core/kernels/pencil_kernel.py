@@ -153,7 +153,7 @@ def _eliminate_legs(number, measure, shift, pencil):
     return signs
 
 
-@part
+@inlined
 def solve_pencil(pencil, free):
     """Solve with what was eliminated, in place of the vector.
 

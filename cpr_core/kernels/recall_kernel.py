@@ -12,14 +12,14 @@ import numpy as np
 
 from .condensation_kernel import CONDENSED, SMALLEST_LEG_PIVOT
 from .kept_factors import kept_border, kept_row, kept_status, recall_border
-from .kernel_decorators import inlined, part
+from .kernel_decorators import inlined
 from .lanes import absolute, broadcast, get, highest, load, lower, put, store, total
 from .pencil_layout import pencil_column
 
 __all__ = ["recall_pencil"]
 
 
-@part
+@inlined
 def recall_pencil(robot, kept, pencil, largest):
     """K from the kept factors of a tangent: what was eliminated is put together again.
 
