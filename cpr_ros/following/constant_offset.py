@@ -67,16 +67,16 @@ class ConstantOffset:
         before, allowed = self._before, tolerance * self._robot.motor_units
         if before is None or now < self._since:
             return ""
-        beside = np.abs(measured - np.clip(measured, self._low, self._high))
-        self._left |= beside > _BESIDE * allowed
         off = measured - commands
         far = np.abs(off) > allowed
         if far.any():
             self._since = now
         elif now - self._since >= _FOLLOWING:
             self._before = None
-        same = (np.abs(before) > allowed) & (np.abs(off - before) <= allowed)
-        again = np.flatnonzero(self._left & far & same)
+        same = far & (np.abs(before) > allowed) & (np.abs(off - before) <= allowed)
+        beside = np.abs(measured - np.clip(measured, self._low, self._high))
+        self._left |= same & (beside > _BESIDE * allowed)  # not one that overshoots for a moment
+        again = np.flatnonzero(self._left & same)
         return self._words(int(again[0]), off) if again.size else ""
 
     def _words(self, number: int, off: Floats) -> str:

@@ -44,3 +44,13 @@ def test_motors_that_followed_are_not_off_as_before(offset):
     offset.take(PLACE, PLACE + 0.01, 0.1, 1.5)
     offset.take(PLACE, PLACE + 0.01, 0.1, 2.1)
     assert offset.take(PLACE + OFF, PLACE + 0.01, 0.1, 2.2) == ""
+
+
+def test_a_motor_that_overshoots_and_later_jams_is_not_off_as_before(offset):
+    """It is as far behind as commands go ahead, on their way, however far beside it was before."""
+    offset.sent(PLACE + 0.01, 1.0)
+    assert offset.take(PLACE - [0.0, 0.06], PLACE + 0.01, 0.1, 1.1) == ""
+    command = PLACE - OFF
+    offset.sent(command, 1.3)
+    for now in (1.4, 5.0):
+        assert offset.take(PLACE, command, 0.1, now) == ""
