@@ -28,6 +28,7 @@ from ..following.pose_coordinates import pose_coordinates
 from ..following.supervision import State
 from .measured_pose import MeasuredPose
 from .pose_history import PoseHistory
+from .several_cameras import TURN, LatePoses
 
 __all__ = ["Loop", "LoopSettings", "LoopStatus", "PoseLoop"]
 
@@ -81,7 +82,8 @@ class LoopStatus(NamedTuple):
         age: Time since the newest measured pose came [s]; -1 before the first.
         position_error: Measured from wanted [m]; NaN while the loop is open, or not controlled.
         rotation_error: Measured from wanted [rad]; the same.
-        at_setpoint: Whether the newest pose was measured since the model is at this setpoint.
+        at_setpoint: Whether the newest pose was measured since the model is at this setpoint; of
+            several who measure it, the newest of everyone.
         blind: Whether it is frozen for want of a measured pose that can be believed.
     """
 
@@ -112,6 +114,7 @@ class PoseLoop:
         """
         self.coordinates, self._period = pose_coordinates(robot), period
         self._history = PoseHistory(self.coordinates)
+        self._several, self._late = False, LatePoses(self.coordinates)
         self._measured = MeasuredPose(self._history, settings.timeout)
         self._correction: Floats
         self._wanted: Floats
@@ -151,6 +154,7 @@ class PoseLoop:
         self.forget()
         self._measured.forget()
         self._distant, self._at_setpoint = "", False
+        self._late.forget()
 
     def forget(self) -> None:
         """Correct nothing until a measured pose comes."""
@@ -189,7 +193,7 @@ class PoseLoop:
             delay: Time since it was measured, by its stamp [s]; negative: clocks differ.
             several: Whether there may be several who measure it.
         """
-        settings, space = self.settings, self.coordinates
+        settings, space, self._several = self.settings, self.coordinates, several
         age = self._measured.watchdog.age(now)
         if not self._measured.take(
             pose, now, delay, jump=settings.jump, settling=settings.settling, several=several
@@ -211,6 +215,8 @@ class PoseLoop:
         elif not then.waiting and not newest.waiting:
             # What was measured in the tick that led to it was so before the motors moved.
             self._at_setpoint = now - delay > self._noted_since + 0.5 * self._period
+            if several and self._at_setpoint:
+                self._late.take(pose, error, now)
             share = min(_LARGEST_SHARE, -math.expm1(-settings.gain * max(0.0, age)))
             needed = space.moved(space.nowhere, -error)
             self._wanted = space.moved(self._wanted, share * space.way(self._wanted, needed))
@@ -251,6 +257,7 @@ class PoseLoop:
         before = self._history.newest
         if wanted is not self._noted or waiting or before is None or before.waiting:
             self._at_setpoint, self._noted, self._noted_since = False, wanted, now
+            self._late.forget()
         self._history.add(now, equilibrium, waiting)
 
     def status(self, goal: Goal | None, now: float) -> LoopStatus:
@@ -262,12 +269,16 @@ class PoseLoop:
             return LoopStatus(age=age)
         problem = self._problem(now)
         text, blind = problem or newest.waiting, bool(problem) and not self._switched_off
-        errors = math.nan, math.nan
+        errors, at_setpoint = (math.nan, math.nan), self._at_setpoint
         if measured.newest is not None:
             errors = self.coordinates.sizes(self.coordinates.way(measured.newest, goal.pose))
+        apart = ""
+        if self._several:
+            errors, apart = self._late.errors(goal.pose) or errors, self._late.apart()
+            at_setpoint = at_setpoint and now - self._noted_since >= TURN
         loop = Loop.FROZEN if text else Loop.CLOSED
-        text = text or measured.left_aside(now) or measured.clocks_differ
-        return LoopStatus(loop, text, age, *errors, at_setpoint=self._at_setpoint, blind=blind)
+        text = text or apart or measured.left_aside(now) or measured.clocks_differ
+        return LoopStatus(loop, text, age, *errors, at_setpoint=at_setpoint, blind=blind)
 
     @property
     def _switched_off(self) -> bool:

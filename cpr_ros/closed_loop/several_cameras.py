@@ -4,19 +4,22 @@
 """Several who measure the platform: they may contradict each other, and one may hang. No ROS here.
 
 Nobody tells whose a message is. One that hangs beside others is known by numbers that come again and
-again while the platform moves, two that disagree by poses that jump and come back from one place.
+again while the platform moves, two that disagree by poses that jump and come back from one place. Those
+that disagree by less are all believed, and what they say of a setpoint is the worst of it.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..following.pose_coordinates import PoseCoordinates
 from .pose_history import PoseHistory, Sighting
 
-__all__ = ["LATENESS", "RESOLUTION", "SeveralCameras"]
+__all__ = ["LATENESS", "RESOLUTION", "TURN", "LatePoses", "SeveralCameras"]
 
 Floats = NDArray[np.float64]
 
@@ -27,6 +30,10 @@ LATENESS = 0.2
 #: The platform is measured in two places if its pose comes back so many times from the same one, each
 #: time so soon after the time before [s].
 _OFTEN, _SOON = 5, 0.5
+#: Within this time everyone who measures it has done so [s].
+TURN = 0.5
+#: Those who are nearer to each other agree [rod lengths, rad].
+_AGREED = 0.01
 #: Poses that are too old to come again are forgotten when so many are known.
 _MANY = 100
 
@@ -105,3 +112,42 @@ class SeveralCameras:
 
     def _note(self, problem: str, now: float) -> None:
         self._problem, self._noticed = problem, now
+
+
+class LatePoses:
+    """What several have measured of the platform at its setpoint, each of them in their turn."""
+
+    def __init__(self, coordinates: PoseCoordinates) -> None:
+        """Know of none."""
+        self._space = coordinates
+        self._poses: deque[tuple[float, Floats, Floats]] = deque()
+
+    def forget(self) -> None:
+        """The platform is elsewhere."""
+        self._poses.clear()
+
+    def take(self, pose: Floats, error: Floats, now: float) -> None:
+        """Take a measured pose, and its way from the model of then, at a steady time [s]."""
+        self._poses.append((now, pose, error))
+        while now - self._poses[0][0] > TURN:
+            self._poses.popleft()
+
+    def errors(self, wanted: Floats) -> tuple[float, float] | None:
+        """How far the farthest is from a setpoint [m], [rad]; None: nothing is known."""
+        sizes = [self._space.sizes(self._space.way(pose, wanted)) for _, pose, _ in self._poses]
+        if not sizes:
+            return None
+        position, rotation = np.max(sizes, axis=0).tolist()
+        return position, rotation
+
+    def apart(self) -> str:
+        """How far they are from each other, in words; empty: they agree."""
+        apart = 0.0
+        for _, _, error in self._poses:
+            apart = max(apart, self._space.size(error - self._poses[-1][2]))
+        if apart <= _AGREED:
+            return ""
+        return (
+            f"several publish the measured pose, and differ by {apart:.2g} rod lengths or rad: between "
+            "them is where the platform is held"
+        )
