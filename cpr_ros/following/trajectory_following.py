@@ -146,13 +146,13 @@ class Trajectories:
         due = goal.due(now)
         current, names = outcome.assessment.equilibrium, self._robot.motor_names
         tolerances = TrajectoryTolerances(names, order, goal.path, self._period)
-        measured, missing = self._measured.newest(now), self._measured.missing(now)
-        if goal.remaining(current) == 0.0 and tolerances.arrived(measured, missing):
+        seen = self._measured.seen(now)
+        if goal.remaining(current) == 0.0 and tolerances.arrived(seen):
             self.running = None
             self._rest_until_joined()
             motion.on_end(Ending(ErrorCode.SUCCESS, "", due))
             return
-        broken = tolerances.broken(due, current.motors, measured, missing)
+        broken = tolerances.broken(due, current.motors, seen)
         if broken is not None:
             self._end_running(Ending(ErrorCode.CONTROL_FAILED, broken.text, due, broken.name))
 
