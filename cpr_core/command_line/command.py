@@ -9,13 +9,11 @@ import argparse
 import atexit
 import gc
 import io
-import json
 import os
 import re
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from ..description.description_file import shipped_robots
 from ..description.loads import Loads
@@ -36,6 +34,7 @@ from .compile_command import compile_all, show_compilation
 from .modes_command import add_modes_options
 from .path_commands import add_equilibria_options, add_objective, add_trace_options
 from .reports import (
+    as_json,
     equilibrium_as_dict,
     equilibrium_as_text,
     error_as_dict,
@@ -314,26 +313,22 @@ def _report_equilibrium(equilibrium: Equilibrium, options: argparse.Namespace) -
         error = error_of(equilibrium, "pose" if held else "motors")
     if options.json:
         told = {} if error is None else {"discretisation_error": error_as_dict(error)}
-        return _as_json(equilibrium_as_dict(equilibrium) | told)
+        return as_json(equilibrium_as_dict(equilibrium) | told)
     text = equilibrium_as_text(equilibrium)
     return text if error is None else f"{text}\n{error_as_text(equilibrium, error)}"
 
 
 def _report_stability(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
     if options.json:
-        return _as_json(stability_as_dict(equilibrium, options.motors_are))
+        return as_json(stability_as_dict(equilibrium, options.motors_are))
     return stability_as_text(equilibrium, options.motors_are)
 
 
 def _report_kinemato_statics(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
     model, length = kinemato_statics(equilibrium), options.characteristic_length
     if options.json:
-        return _as_json(kinemato_statics_as_dict(model, length))
+        return as_json(kinemato_statics_as_dict(model, length))
     return kinemato_statics_as_text(model, length)
-
-
-def _as_json(values: dict[str, Any]) -> str:
-    return json.dumps(values, indent=2, allow_nan=False)
 
 
 def _loads(robot: Robot, options: argparse.Namespace) -> Loads | None:
@@ -342,9 +337,9 @@ def _loads(robot: Robot, options: argparse.Namespace) -> Loads | None:
     return robot.default_loads.with_(gravity=options.gravity, wrench_world=options.wrench)
 
 
-def _report_error(error: CprError, as_json: bool) -> int:
-    if as_json:
-        print(json.dumps({"error": {"code": error.code, "message": str(error)}}, indent=2))
+def _report_error(error: CprError, in_json: bool) -> int:
+    if in_json:
+        print(as_json({"error": {"code": error.code, "message": str(error)}}))
     else:
         print(f"cpr: error: {error}", file=sys.stderr)
     bad = isinstance(error, InvalidRequest | DescriptionError)
