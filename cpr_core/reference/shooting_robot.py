@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +15,7 @@ from ..description.loads import Loads
 from ..description.motors import RevoluteMotor
 from ..errors import InvalidRequest
 from ..model.robot import Robot
-from .shooting_kernel import Shooting, balance
+from .shooting_kernel import Shooting, ShootingState, balance
 from .shooting_method import TABLEAUS, ShootingMethod
 
 __all__ = [
@@ -28,10 +30,28 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 
+class ShootingUnits(NamedTuple):
+    """What lengths [m] and wrenches, (6,) [N m, N], are counted in."""
+
+    length: float
+    wrench: Floats
+
+    def without_dimensions(self, state: ShootingState) -> ShootingState:
+        """A state in SI units as the kernel takes it, in memory of its own."""
+        motors, wrenches, rotation, position = map(np.array, state)
+        return ShootingState(motors, wrenches / self.wrench, rotation, position / self.length)
+
+    def with_dimensions(self, state: ShootingState) -> ShootingState:
+        """A state of the kernel in SI units."""
+        return state._replace(
+            wrenches=self.wrench * state.wrenches, position=self.length * state.position
+        )
+
+
 def shooting_of(
     robot: Robot, loads: Loads, method: ShootingMethod
-) -> tuple[Shooting, tuple[float, Floats]]:
-    """The robot without dimensions, and the units of length and of wrenches (6,)."""
+) -> tuple[Shooting, ShootingUnits]:
+    """The robot without dimensions, and its units."""
     legs = robot.description.legs
     length = robot.mean_length
     stiffness = np.array([leg.rod.rigidities[2] for leg in legs])
@@ -56,7 +76,7 @@ def shooting_of(
         abscissae=nodes.sum(axis=1),
         steps=method.steps,
     )
-    return shooting, (length, np.repeat([moment, force], 3))
+    return shooting, ShootingUnits(length, np.repeat([moment, force], 3))
 
 
 def _motor_axes(robot: Robot) -> Floats:
