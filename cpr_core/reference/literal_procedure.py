@@ -165,7 +165,8 @@ class LiteralEquilibrium:
         platform_position: p_p, (3,) [m].
         residual: Largest dimensionless residual.
         iterations: Levenberg-Marquardt steps tried.
-        jacobian: Of all equations by (q_e, tau_a, lambda, Sigma_p), and by q_a.
+        jacobian: Of all K equations by (q_e, tau_a, lambda, Sigma_p), (K, K).
+        by_motors: Of all equations by q_a, (K, n).
     """
 
     robot: Robot
@@ -177,9 +178,8 @@ class LiteralEquilibrium:
     platform_position: Floats
     residual: float = np.inf
     iterations: int = 0
-    jacobian: tuple[Floats, Floats] = field(
-        repr=False, default_factory=lambda: (np.zeros(0), np.zeros(0))
-    )
+    jacobian: Floats = field(repr=False, default_factory=lambda: np.zeros((0, 0)))
+    by_motors: Floats = field(repr=False, default_factory=lambda: np.zeros((0, 0)))
 
 
 def _evaluate(at: LiteralEquilibrium) -> tuple[Floats, Floats, Floats]:
@@ -270,9 +270,8 @@ def _levenberg_marquardt(at: LiteralEquilibrium) -> LiteralEquilibrium:
     for iteration in range(ITERATIONS):
         largest = float(np.abs(residual / unit).max())
         if largest < RESIDUAL_TOLERANCE:
-            return replace(
-                at, residual=largest, iterations=iteration, jacobian=(jacobian, by_motors)
-            )
+            solved = replace(at, residual=largest, iterations=iteration)
+            return replace(solved, jacobian=jacobian, by_motors=by_motors)
         normal = jacobian.T @ jacobian
         normal[np.diag_indices_from(normal)] += damping
         trial = _moved(at, -linalg.solve(normal, jacobian.T @ residual, assume_a="pos"))
@@ -352,8 +351,7 @@ def follow_literally(
     last, points = start, []
     for target in np.asarray(motors):
         goal = checked_vector("motors", target, len(start.motors))
-        jacobian, by_motors = last.jacobian
-        step = -linalg.solve(jacobian, by_motors @ (goal - last.motors))
+        step = -linalg.solve(last.jacobian, last.by_motors @ (goal - last.motors))
         last = _levenberg_marquardt(replace(_moved(last, step), motors=goal))
         points.append(last)
     return tuple(points)
