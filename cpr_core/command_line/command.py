@@ -52,6 +52,7 @@ __all__ = ["command_parser", "main"]
 _NEGATIVE_NUMBER = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|^-(inf|nan)$", re.IGNORECASE)
 
 Report = Callable[[Equilibrium, argparse.Namespace], str]
+AddOptions = Callable[[argparse.ArgumentParser], None]
 
 EXIT_NO_SOLUTION = 1
 EXIT_BAD_ARGUMENTS = 2
@@ -190,36 +191,16 @@ def _add_kinemato(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_trace(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    add_trace_options(parser)
+def _running(add_options: AddOptions, *, at_motors: bool = False) -> AddOptions:
+    """The options of all commands before those of one that does more than to report an equilibrium."""
 
+    def add(parser: argparse.ArgumentParser) -> None:
+        _add_common(parser, None)
+        if at_motors:
+            _add_motors(parser)
+        add_options(parser)
 
-def _add_equilibria(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    _add_motors(parser)
-    add_equilibria_options(parser)
-
-
-def _add_workspace(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    add_workspace_options(parser)
-
-
-def _add_measure(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    add_measure_options(parser)
-
-
-def _add_calibrate(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    add_calibrate_options(parser)
-
-
-def _add_view(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    _add_motors(parser)
-    add_view_options(parser)
+    return add
 
 
 def _add_compile(parser: argparse.ArgumentParser) -> None:
@@ -347,17 +328,23 @@ def _report_error(error: CprError, in_json: bool) -> int:
 
 
 #: What adds the options of every command, and what the command is for.
-_COMMANDS: dict[str, tuple[Callable[[argparse.ArgumentParser], None], str]] = {
+_COMMANDS: dict[str, tuple[AddOptions, str]] = {
     "forward": (_add_forward, "motor positions to platform pose"),
     "inverse": (_add_inverse, "platform pose to motor positions"),
     "stability": (_add_stability, "spectrum of the reduced Hessian"),
     "kinemato": (_add_kinemato, "Jacobians, compliance, singularities"),
-    "trace": (_add_trace, "a path of equilibria, and what happens on it"),
-    "equilibria": (_add_equilibria, "all equilibria at given motors"),
+    "trace": (_running(add_trace_options), "a path of equilibria, and what happens on it"),
+    "equilibria": (
+        _running(add_equilibria_options, at_motors=True),
+        "all equilibria at given motors",
+    ),
     "modes": (add_modes_options, "how exact numbers of strain modes are near home"),
-    "workspace": (_add_workspace, "a map of what can be reached, with borders"),
-    "measure": (_add_measure, "where to measure, to find parameters"),
-    "calibrate": (_add_calibrate, "parameters from measurements"),
-    "view": (_add_view, "look at the robot and move it, in the browser"),
+    "workspace": (_running(add_workspace_options), "a map of what can be reached, with borders"),
+    "measure": (_running(add_measure_options), "where to measure, to find parameters"),
+    "calibrate": (_running(add_calibrate_options), "parameters from measurements"),
+    "view": (
+        _running(add_view_options, at_motors=True),
+        "look at the robot and move it, in the browser",
+    ),
     "compile": (_add_compile, "compile the kernels now, not when a command needs them first"),
 }
