@@ -28,7 +28,6 @@ from scipy.integrate import solve_ivp
 
 from ..description.joints import RevoluteJoint, Spherical
 from ..description.leg_description import LegDescription
-from ..description.motors import RevoluteMotor
 from ..errors import InvalidRequest
 from ..kernels.square_problem import RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, rotation_exp, skew
@@ -36,6 +35,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector
+from .shooting_robot import check_leg
 
 __all__ = ["LiteralEquilibrium", "follow_literally", "solve_literally"]
 
@@ -299,12 +299,7 @@ def solve_literally(equilibrium: Equilibrium) -> LiteralEquilibrium:
     robot, loads = equilibrium.robot, equilibrium.loads
     legs = robot.description.legs
     for leg in legs:
-        if not isinstance(leg.motor, RevoluteMotor) or leg.drive.motor is None:
-            raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
-        if not isinstance(leg.joint, RevoluteJoint if robot.planar else Spherical):
-            raise InvalidRequest("robot", f"{leg.name}: expected a tip joint that takes no moment")
-        if not leg.rod.uniform or any(np.any(series) for series in leg.rod.rest_curvature):
-            raise InvalidRequest("robot", f"{leg.name}: expected a uniform rod, straight at rest")
+        check_leg(leg, RevoluteJoint if robot.planar else Spherical)
     heavy = robot.description.platform_mass or any(leg.rod.mass_per_length for leg in legs)
     acting = [loads.rod_force, loads.wrench_world, loads.wrench_body]
     if heavy:
