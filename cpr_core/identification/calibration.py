@@ -24,7 +24,6 @@ from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
 from .doubts import (
-    bound_doubts,
     check_measured,
     fit_doubts,
     frame_doubts,
@@ -39,7 +38,7 @@ from .measurements import (
     checked_measurements,
     driven_by,
 )
-from .number_doubts import border_doubts, hardly_told
+from .number_doubts import border_doubts, bound_doubts, hardly_told
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
 from .robust_loss import Loss, checked_loss, variance_factor
 from .tracker_alignment import aligned_tracker
