@@ -13,6 +13,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from ..description.description_file import shipped_robots
@@ -251,7 +252,7 @@ def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
     parser.add_argument("robot", metavar="ROBOT", help="name of a shipped robot, or YAML file")
     parser.add_argument(
         "--modes",
-        type=_mode_count,
+        type=partial(count, least=1, most=MOST_MODES),
         metavar="M",
         help="strain modes per direction, in every direction that has any; not for B-splines; else "
         "the description's",
@@ -272,10 +273,6 @@ def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
         "platform_force; else the description's",
     )
     parser.add_argument("--json", action="store_true", help="print JSON; else text")
-
-
-def _mode_count(text: str) -> int:
-    return count(text, 1, MOST_MODES)
 
 
 def _solved(robot: Robot, options: argparse.Namespace) -> Equilibrium:

@@ -97,7 +97,7 @@ def calibrate(
     loss = checked_loss(loss)
     values = robot.parameter_values(paths)
     limits = _checked_bounds(bounds, paths, values)
-    tell = progress if progress is not None else _silent
+    tell = progress if progress is not None else lambda _: None
     before = first_equilibria(robot, rows, start, lambda done: tell(0.5 * done))
     aligned, begin = aligned_tracker(rows, before, paths, deviations, limits), values
     outside = np.any((values <= limits[0]) | (values >= limits[1]))
@@ -136,10 +136,6 @@ def calibrate(
     for doubt in found.doubts:
         warnings.warn(doubt, CalibrationWarning, stacklevel=3)
     return found
-
-
-def _silent(_: float) -> None:
-    """Tell nobody."""
 
 
 def _checked_bounds(

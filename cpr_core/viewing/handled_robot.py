@@ -112,9 +112,10 @@ class HandledRobot:
         def solve() -> Equilibrium:
             return solve_forward(self.robot, motors, **self._from_current())
 
-        return self._ask(
-            hand, solve, lambda: Asked(motors=_numbers(motors, self.robot.motor_count))
-        )
+        def asked() -> Asked:
+            return Asked(motors=checked_vector("motors", motors, self.robot.motor_count))
+
+        return self._ask(hand, solve, asked)
 
     def move_motor(self, number: int, position: float) -> bool:
         """Move one motor, the others stay."""
@@ -297,7 +298,3 @@ class HandledRobot:
     def _pose_meant(self, pose: ArrayLike) -> Pose:
         position, rotation = split_pose(self.equilibrium, pose)
         return Pose(rotation, position)
-
-
-def _numbers(values: ArrayLike, count: int) -> Floats:
-    return checked_vector("motors", values, count)
