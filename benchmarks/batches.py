@@ -16,7 +16,7 @@ import numpy as np
 
 from cpr_core.workspace import motor_grid
 from cpr_core.workspace.batch_kernel import Arrivals, Cells
-from cpr_core.workspace.batches import Ways, arrivals_of, in_pieces, joined, no_guesses
+from cpr_core.workspace.batches import Crew, Ways, arrivals_of, joined, no_guesses
 from cpr_core.workspace.cell_problem import CellProblem, cell_problem
 from cpr_core.workspace.first_cell import signs_row
 from cpr_core.workspace.way_kernel import ARRIVED
@@ -40,7 +40,7 @@ def solve_batch(
     problem: CellProblem, cells: Cells, ways: Ways, executor: Executor | None
 ) -> Arrivals:
     """All ways, in pieces where there is an executor."""
-    return joined(list(in_pieces(executor, arrivals_of, problem, cells, ways)))
+    return joined(list(Crew(executor).results(arrivals_of, problem, cells, ways)))
 
 
 def _batch(count: int, modes: int) -> tuple[CellProblem, Cells, Ways]:

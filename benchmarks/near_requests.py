@@ -20,14 +20,13 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from cpr_core import Equilibrium, NotReached, Robot, kinemato_statics, load_robot
+from cpr_core import Equilibrium, NotReached, Robot, kinemato_statics, load_robot, solve_home
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.solving.requests import target_of
 from cpr_core.kernels.natural_units import EFFORT_UNIT
 from cpr_core.solving.near_request import solve_near
+from cpr_core.solving.requests import target_of
 
 from .walks import PROBLEMS, SOLVERS
-from cpr_core import solve_home
 
 __all__ = ["MODES", "Times", "is_walked", "straight_stewart_gough", "times_of", "walk_near"]
 

@@ -10,8 +10,15 @@ from functools import partial
 
 import numpy as np
 
-from cpr_core import Equilibrium, NotReached, Robot, solve_forward, solve_home, spectrum
-from cpr_core import kinemato_statics
+from cpr_core import (
+    Equilibrium,
+    NotReached,
+    Robot,
+    kinemato_statics,
+    solve_forward,
+    solve_home,
+    spectrum,
+)
 
 from .measure import Case
 from .walks import PROBLEMS, ROBOTS, Walk, robot_with, walk_of

@@ -29,8 +29,6 @@ from .report import FIGURES, Evidence, write_report
 
 #: Inverse condition numbers below which Figs. 6 and 12 mark the workspace.
 NEAR_BORDER = 0.02
-#: Steps of the path from which on a pose is away from the inverse singularity.
-AWAY = 1.0
 
 
 @dataclass(frozen=True)
@@ -95,38 +93,6 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-@dataclass(frozen=True, eq=False)
-class _Errors:
-    """Errors along the paths, by modes or elements, and where inverse errors are large.
-
-    Attributes:
-        planar: Position errors of Mod. #1, RFRFR [mm].
-        straight: Inverse errors on Eq. (54).
-        finite: Position errors of Mod. #3, RFRFR [mm].
-        spatial: Position errors of Mod. #1, 6-RFS [mm].
-        angles: Orientation errors of Mod. #1, 6-RFS [deg].
-        inverse: Inverse errors of Table V.
-        other_side: The same from the inverse solution of the pose before.
-        singular: Signed smallest singular value of the inverse problem at t = 0..50.
-        crossing: t of the inverse singularity.
-    """
-
-    planar: dict[int, np.ndarray]
-    straight: dict[int, accuracy.InverseErrors]
-    finite: dict[int, np.ndarray]
-    spatial: dict[int, np.ndarray]
-    angles: dict[int, np.ndarray]
-    inverse: accuracy.InverseErrors
-    other_side: accuracy.InverseErrors
-    singular: np.ndarray
-    crossing: float
-
-    @property
-    def away(self) -> np.ndarray:
-        """Which configurations are away from the inverse singularity, (51,)."""
-        return np.abs(np.arange(51) - self.crossing) > AWAY
-
-
 def _compute(
     folder: Path, extent: Extent, bar: tqdm
 ) -> tuple[dict[str, tables.Table], list[claims.Claim], Evidence]:
@@ -140,7 +106,7 @@ def _compute(
         for case in (RFRFR, SIX_RFS)
         for point in case.continuous_path()[::10]
     )
-    errors = _errors(step)
+    errors = accuracy.all_errors(step)
     planar_times, planar_notes = _times(RFRFR, extent, step)
     spatial_times, spatial_notes = _times(SIX_RFS, extent, step)
     dense = timing.dense_factorization(RFRFR)
@@ -165,16 +131,11 @@ def _compute(
     ]
     finite_times = planar_times["#3", 50]
     evidence = Evidence(
-        spatial_errors=errors.spatial,
+        errors=errors,
         reference_error=reference_error,
-        straight=errors.straight,
         home_motor_error={modes: e.errors[0].max() for modes, e in errors.straight.items()},
         home_position_error={modes: along[0] for modes, along in errors.planar.items()},
         home_from_position={modes: _motor_error_from_position(modes) for modes in errors.planar},
-        inverse=errors.inverse,
-        other_side=errors.other_side,
-        singular=errors.singular,
-        crossing=errors.crossing,
         dense_step=dense,
         finite_iterations=finite_times.iterations if finite_times else float("nan"),
         lines=lines,
@@ -182,51 +143,33 @@ def _compute(
     return found, checked, evidence
 
 
-def _errors(step: Callable[[str], None]) -> _Errors:
-    """All models against continuous rods."""
-    step("Table I")
-    planar = {modes: accuracy.position_errors(RFRFR, modes) for modes in accuracy.MODES}
-    straight = {modes: accuracy.inverse_errors_of_rfrfr(modes) for modes in accuracy.MODES}
-    step("Table II")
-    finite = {count: accuracy.finite_difference_errors(count) for count in accuracy.ELEMENTS}
-    step("Table IV")
-    spatial = {modes: accuracy.position_errors(SIX_RFS, modes) for modes in accuracy.MODES}
-    angles = {modes: accuracy.angle_errors(SIX_RFS, modes) for modes in accuracy.MODES}
-    step("Table V")
-    inverse, other_side = accuracy.inverse_errors_of_six_rfs()
-    singular, crossing = accuracy.inverse_singularity()
-    return _Errors(
-        planar, straight, finite, spatial, angles, inverse, other_side, singular, crossing
-    )
-
-
-def _planar_error_tables(errors: _Errors) -> dict[str, tables.Table]:
+def _planar_error_tables(errors: accuracy.Errors) -> dict[str, tables.Table]:
     return {
         "Table I": tables.table_i(errors.planar, errors.straight),
         "Table II": tables.error_table(
             "Table II",
             "Errors of finite differences (Mod. #3) against Mod. #2, RFRFR.",
             "Nb. of elts.",
-            {"Position error [mm]": (errors.finite, TABLE_II, 0.05, 0.1)},
+            {"Position error [mm]": tables.Part(errors.finite, TABLE_II, 0.05)},
         ),
     }
 
 
-def _spatial_error_tables(errors: _Errors) -> dict[str, tables.Table]:
+def _spatial_error_tables(errors: accuracy.Errors) -> dict[str, tables.Table]:
     return {
         "Table IV": tables.error_table(
             "Table IV",
             "Errors against Mod. #2, 6-RFS.",
             "Modes",
             {
-                "Position error [mm]": (errors.spatial, TABLE_IV_POSITION, 0.05, 0.1),
-                "Angular error [deg]": (errors.angles, TABLE_IV_ANGLE, 0.15, 0.1),
+                "Position error [mm]": tables.Part(errors.spatial, TABLE_IV_POSITION, 0.05),
+                "Angular error [deg]": tables.Part(errors.angles, TABLE_IV_ANGLE, 0.15),
             },
         ),
         "Table V": tables.table_v(
             errors.inverse,
             errors.away,
-            f"those more than {AWAY:g} step from the singularity, which is at "
+            f"those more than {accuracy.AWAY:g} step from the singularity, which is at "
             f"t = {errors.crossing:.3f} of 50",
         ),
     }
@@ -276,7 +219,7 @@ def _motor_error_from_position(modes: int) -> float:
 def _draw(
     folder: Path,
     extent: Extent,
-    errors: _Errors,
+    errors: accuracy.Errors,
     lines: dict[str, stability.Line],
     step: Callable[[str], None],
 ) -> None:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,9 +28,12 @@ from cpr_core.reference.finite_differences import (
 from .cases import RFRFR, SIX_RFS, Case
 
 __all__ = [
+    "AWAY",
     "ELEMENTS",
     "MODES",
+    "Errors",
     "InverseErrors",
+    "all_errors",
     "angle_errors",
     "finite_difference_errors",
     "inverse_errors_of_rfrfr",
@@ -43,6 +46,8 @@ Floats = NDArray[np.float64]
 
 MODES = (3, 4, 5)
 ELEMENTS = (50, 100, 500, 1000)
+#: Steps of the path from which on a pose is away from the inverse singularity.
+AWAY = 1.0
 
 
 def position_errors(case: Case, modes: int) -> Floats:
@@ -87,6 +92,38 @@ class InverseErrors:
     errors: Floats
     poses: int
     indices: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Errors along the paths, by modes or elements, and where inverse errors are large.
+
+    Attributes:
+        planar: Position errors of Mod. #1, RFRFR [mm].
+        straight: Inverse errors on Eq. (54).
+        finite: Position errors of Mod. #3, RFRFR [mm].
+        spatial: Position errors of Mod. #1, 6-RFS [mm].
+        angles: Orientation errors of Mod. #1, 6-RFS [deg].
+        inverse: Inverse errors of Table V.
+        other_side: The same from the inverse solution of the pose before.
+        singular: Signed smallest singular value of the inverse problem at t = 0..50.
+        crossing: t of the inverse singularity.
+    """
+
+    planar: dict[int, Floats]
+    straight: dict[int, InverseErrors]
+    finite: dict[int, Floats]
+    spatial: dict[int, Floats]
+    angles: dict[int, Floats]
+    inverse: InverseErrors
+    other_side: InverseErrors
+    singular: Floats
+    crossing: float
+
+    @property
+    def away(self) -> NDArray[np.bool_]:
+        """Which configurations are away from the inverse singularity, (51,)."""
+        return np.abs(np.arange(51) - self.crossing) > AWAY
 
 
 def inverse_errors_of_rfrfr(modes: int) -> InverseErrors:
@@ -157,3 +194,29 @@ def inverse_singularity() -> tuple[Floats, float]:
         else:
             high = middle
     return values, low
+
+
+def all_errors(step: Callable[[str], None]) -> Errors:
+    """All models against continuous rods."""
+    step("Table I")
+    planar = {modes: position_errors(RFRFR, modes) for modes in MODES}
+    straight = {modes: inverse_errors_of_rfrfr(modes) for modes in MODES}
+    step("Table II")
+    finite = {count: finite_difference_errors(count) for count in ELEMENTS}
+    step("Table IV")
+    spatial = {modes: position_errors(SIX_RFS, modes) for modes in MODES}
+    angles = {modes: angle_errors(SIX_RFS, modes) for modes in MODES}
+    step("Table V")
+    inverse, other_side = inverse_errors_of_six_rfs()
+    singular, crossing = inverse_singularity()
+    return Errors(
+        planar=planar,
+        straight=straight,
+        finite=finite,
+        spatial=spatial,
+        angles=angles,
+        inverse=inverse,
+        other_side=other_side,
+        singular=singular,
+        crossing=crossing,
+    )

@@ -9,17 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .accuracy import InverseErrors
+from .accuracy import Errors
 from .claims import Claim
 from .published import TABLE_IV_POSITION
 from .stability import Line
 from .tables import Table, number
 
 __all__ = ["FIGURES", "Evidence", "write_report"]
-
-Floats = NDArray[np.float64]
 
 #: File and caption of every figure.
 FIGURES = {
@@ -43,33 +40,23 @@ class Evidence:
     """Measured in the run, for what cannot be matched.
 
     Attributes:
-        spatial_errors: Position error by modes on the 6-RFS path [mm].
+        errors: Of the models against continuous rods.
         reference_error: Gap of Mod. #2 with twice the integration steps, largest on both paths [rod
             lengths].
-        straight: Inverse errors on Eq. (54), by modes.
         home_motor_error: Motor errors at the first pose of Eq. (54), by modes [mdeg].
         home_position_error: Forward position error at t = 0 of Eq. (53), by modes [mm].
         home_from_position: The latter carried to the motors by the platform Jacobian, largest, by
             modes [mdeg].
-        inverse: Motor errors at the poses of Table V, on the side of the path.
-        other_side: The same from the inverse solution of the pose before.
-        singular: Signed smallest singular value of the inverse problem at t = 0..50.
-        crossing: t of the inverse singularity.
         dense_step: Seconds of a Newton step of Mod. #3 with dense and with sparse matrices.
         finite_iterations: Newton steps per configuration of Mod. #3.
         lines: Crossings of both stability lines.
     """
 
-    spatial_errors: dict[int, Floats]
+    errors: Errors
     reference_error: float
-    straight: dict[int, InverseErrors]
     home_motor_error: dict[int, float]
     home_position_error: dict[int, float]
     home_from_position: dict[int, float]
-    inverse: InverseErrors
-    other_side: InverseErrors
-    singular: Floats
-    crossing: float
     dense_step: tuple[float, float]
     finite_iterations: float
     lines: dict[str, Line]
@@ -132,12 +119,12 @@ def _differences(evidence: Evidence) -> list[str]:
 
 
 def _table_i(evidence: Evidence) -> list[str]:
-    reached = ", ".join(f"{len(e.errors)} ({m} modes)" for m, e in evidence.straight.items())
+    reached = ", ".join(f"{len(e.errors)} ({m} modes)" for m, e in evidence.errors.straight.items())
     rows = [
         f"| {modes} | {number(evidence.home_position_error[modes])} "
         f"| {number(evidence.home_from_position[modes])} "
         f"| {number(evidence.home_motor_error[modes])} |"
-        for modes in evidence.straight
+        for modes in evidence.errors.straight
     ]
     return [
         "**Table I, motor angles.** The straight path of Eq. (54) runs through the centre of the base, "
@@ -163,7 +150,7 @@ def _table_i(evidence: Evidence) -> list[str]:
 
 
 def _table_iv(evidence: Evidence) -> list[str]:
-    errors = evidence.spatial_errors[5]
+    errors = evidence.errors.spatial[5]
     smallest = ", ".join(number(value) for value in np.sort(errors)[:3])
     return [
         "**Table IV, 5 modes, smallest position error.** "
@@ -177,15 +164,16 @@ def _table_iv(evidence: Evidence) -> list[str]:
 
 
 def _table_v(evidence: Evidence) -> list[str]:
+    errors = evidence.errors
     rows = [
-        f"| {t} | {evidence.singular[t]:+.5f} | "
-        + " | ".join(number(value) for value in evidence.inverse.errors[t])
-        + f" | {number(evidence.other_side.errors[t].max())} |"
+        f"| {t} | {errors.singular[t]:+.5f} | "
+        + " | ".join(number(value) for value in errors.inverse.errors[t])
+        + f" | {number(errors.other_side.errors[t].max())} |"
         for t in (0, 20, 40, 44, 45, 46, 47, 48, 49, 50)
     ]
     return [
         "**Table V, minima and maxima.** The path crosses a singularity of the inverse problem at t = "
-        f"{evidence.crossing:.3f} of 50, where errors of the motors grow without bound: the maxima are "
+        f"{errors.crossing:.3f} of 50, where errors of the motors grow without bound: the maxima are "
         "those of the pose nearest to it and depend on how near that is. Beyond it every pose has two "
         "solutions nearby; the table is for the one on the side of the path, while a solve that starts "
         "from the inverse solution of the pose before stays on the other side and errs by degrees (last "

@@ -87,16 +87,10 @@ class Line:
     places: tuple[tuple[float, float], ...]
 
 
-def _planar(value: float) -> tuple[float, float]:
-    return (0.0, value)
-
-
-def _spatial(value: float) -> tuple[float, float]:
-    return (-0.4, value)
-
-
 @dataclass(frozen=True)
 class _Study:
+    """A line in the workspace: its robot, its coordinate and the ends of it, and what is asked there."""
+
     case: Case
     axis: str
     ends: tuple[float, float]
@@ -105,8 +99,8 @@ class _Study:
 
 
 _STUDIES = {
-    "rfrfr": _Study(RFRFR, "y", (0.8, -0.2), _planar, lambda x, y: (x, y)),
-    "six_rfs": _Study(SIX_RFS, "y", (0.0, 0.2), _spatial, slice_pose),
+    "rfrfr": _Study(RFRFR, "y", (0.8, -0.2), lambda y: (0.0, y), lambda x, y: (x, y)),
+    "six_rfs": _Study(SIX_RFS, "y", (0.0, 0.2), lambda y: (-0.4, y), slice_pose),
 }
 
 

@@ -9,6 +9,7 @@ import csv
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from .timing import CONFIGURATIONS, Measurement
 
 __all__ = [
     "Entry",
+    "Part",
     "Table",
     "error_table",
     "number",
@@ -154,10 +156,24 @@ class Table:
                     writer.writerow(row)
 
 
-#: Errors by row, printed numbers by row, deviations up to which a mean, and a minimum or maximum, agree.
-Part = tuple[Mapping[int, NDArray[np.float64]], Mapping[int, tuple[str, ...]], float, float]
 #: Columns of the error tables, in the paper's order.
 STATISTICS = ("Min", "Max", "Mean")
+
+
+class Part(NamedTuple):
+    """Errors of an error table, and what the paper prints of them.
+
+    Attributes:
+        errors: By row, any number of each.
+        printed: By row, in the order of ``STATISTICS``.
+        mean_within: Deviation up to which a mean agrees.
+        end_within: Deviation up to which a minimum or a maximum agrees.
+    """
+
+    errors: Mapping[int, NDArray[np.float64]]
+    printed: Mapping[int, tuple[str, ...]]
+    mean_within: float = 0.1
+    end_within: float = 0.1
 
 
 def statistics(values: np.ndarray) -> tuple[float, float, float]:
@@ -178,8 +194,7 @@ def error_table(
         name: Name.
         title: Title.
         corner: Heading of the first column.
-        parts: By heading: errors and printed numbers by row, and the deviations up to which a mean
-            and a minimum or maximum agree.
+        parts: Errors by heading.
         notes: Lines below the table.
     """
     columns = tuple(f"{heading} {which}" for heading in parts for which in STATISTICS)
@@ -211,8 +226,8 @@ def table_i(position: dict[int, np.ndarray], motors: dict[int, InverseErrors]) -
         "Errors against Mod. #2, RFRFR.",
         "Nb. of modes",
         {
-            "Position error [mm]": (position, published.TABLE_I_POSITION, 0.03, 0.1),
-            "Motor angle error [mdeg]": (inverse, published.TABLE_I_MOTORS, 0.1, 0.1),
+            "Position error [mm]": Part(position, published.TABLE_I_POSITION, 0.03),
+            "Motor angle error [mdeg]": Part(inverse, published.TABLE_I_MOTORS),
         },
         (note,),
     )

@@ -84,16 +84,16 @@ def compared(case: Case, program: str, setting: str, found: FromBentLegs, why: s
     """
     distance = case.distance(found.limit[:3])
     return Comparison(
-        case,
-        program,
-        setting,
-        f"bent legs, {found.forward_seconds:.2g} s to the first equilibrium",
-        case.distance(found.finest[:3]),
-        distance,
-        case.effort_difference(found.limit[3:]),
-        found.seconds,
-        case.as_accurate_as(distance),
-        why,
+        case=case,
+        program=program,
+        setting=setting,
+        start=f"bent legs, {found.forward_seconds:.2g} s to the first equilibrium",
+        distance_as_is=case.distance(found.finest[:3]),
+        distance=distance,
+        efforts=case.effort_difference(found.limit[3:]),
+        seconds=found.seconds,
+        ours=case.as_accurate_as(distance),
+        why=why,
     )
 
 

@@ -29,16 +29,16 @@ def compare_exudyn(case: Case) -> Comparison:
     """
     found = forward(placed(case.robot().description, case.motors), halvings=case.halvings)
     distance = case.distance(found.unstretched.position)
-    elements = ", ".join(str(count) for count in found.elements)
+    elements = f"{', '.join(map(str, found.elements))} elements a rod"
     return Comparison(
-        case,
-        f"Exudyn {version('exudyn')}",
-        f"{found.kind}, {elements} elements a rod and 1, 2, 4 times the stiffness, both extrapolated",
-        f"straight legs, {found.forward_seconds:.2g} s to the first equilibrium",
-        case.distance(found.real.position),
-        distance,
-        case.effort_difference(found.unstretched.efforts),
-        found.seconds,
-        case.as_accurate_as(distance),
-        WHY[found.kind],
+        case=case,
+        program=f"Exudyn {version('exudyn')}",
+        setting=f"{found.kind}, {elements} and 1, 2, 4 times the stiffness, both extrapolated",
+        start=f"straight legs, {found.forward_seconds:.2g} s to the first equilibrium",
+        distance_as_is=case.distance(found.real.position),
+        distance=distance,
+        efforts=case.effort_difference(found.unstretched.efforts),
+        seconds=found.seconds,
+        ours=case.as_accurate_as(distance),
+        why=WHY[found.kind],
     )

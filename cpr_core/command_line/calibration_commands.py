@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import sys
 import warnings
@@ -27,7 +26,7 @@ from ..model.robot import Robot
 from .answer import Answer, written
 from .argument_types import new_file, picture
 from .path_commands import add_seed, progress_bar
-from .reports import finite
+from .reports import as_json, json_number
 
 __all__ = ["add_calibrate_options", "add_measure_options"]
 
@@ -195,7 +194,7 @@ def _calibrate(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
             "cpr: nothing is written: see the warnings, or say --despite-warnings", file=sys.stderr
         )
     if options.json:
-        text = json.dumps(_result_as_dict(found, files), indent=2, allow_nan=False)
+        text = as_json(_result_as_dict(found, files))
         return Answer(text, usable, problems)
     return Answer(_result_as_text(found, files), usable, problems)
 
@@ -219,13 +218,13 @@ def _result_as_dict(found: CalibrationResult, files: list[str]) -> dict[str, Any
             path: {
                 "before": float(before),
                 "value": float(value),
-                "standard_deviation": finite(deviation),
+                "standard_deviation": json_number(deviation),
             }
             for path, before, value, deviation in zip(
                 found.parameters, found.start, found.values, found.standard_deviations, strict=True
             )
         },
-        "correlations": [[finite(value) for value in row] for row in found.correlations],
+        "correlations": [[json_number(value) for value in row] for row in found.correlations],
         "residuals": {
             kind: {"before": before, "after": after}
             for kind, before, after in _root_mean_squares(found)
@@ -294,7 +293,7 @@ def _measure(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> 
     )
     problems = written(write, options.out)
     if options.json:
-        return Answer(json.dumps(_poses_as_dict(found), indent=2, allow_nan=False), True, problems)
+        return Answer(as_json(_poses_as_dict(found)), True, problems)
     return Answer(_poses_as_text(found), True, problems)
 
 
@@ -311,7 +310,7 @@ def _poses_as_dict(found: ProposedPoses) -> dict[str, Any]:
             each.platform_quaternion.tolist() for each in found.equilibria
         ],
         "standard_deviations": {
-            path: {"proposed": finite(own), "random": finite(other)}
+            path: {"proposed": json_number(own), "random": json_number(other)}
             for path, own, other in zip(
                 found.parameters, found.standard_deviations, found.random, strict=True
             )

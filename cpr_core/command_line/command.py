@@ -9,13 +9,12 @@ import argparse
 import atexit
 import gc
 import io
-import json
 import os
 import re
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from ..description.description_file import shipped_robots
 from ..description.loads import Loads
@@ -36,6 +35,7 @@ from .compile_command import compile_all, show_compilation
 from .modes_command import add_modes_options
 from .path_commands import add_equilibria_options, add_objective, add_trace_options
 from .reports import (
+    as_json,
     equilibrium_as_dict,
     equilibrium_as_text,
     error_as_dict,
@@ -53,6 +53,7 @@ __all__ = ["command_parser", "main"]
 _NEGATIVE_NUMBER = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|^-(inf|nan)$", re.IGNORECASE)
 
 Report = Callable[[Equilibrium, argparse.Namespace], str]
+AddOptions = Callable[[argparse.ArgumentParser], None]
 
 EXIT_NO_SOLUTION = 1
 EXIT_BAD_ARGUMENTS = 2
@@ -191,36 +192,16 @@ def _add_kinemato(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_trace(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    add_trace_options(parser)
+def _running(add_options: AddOptions, *, at_motors: bool = False) -> AddOptions:
+    """The options of all commands before those of one that does more than to report an equilibrium."""
 
+    def add(parser: argparse.ArgumentParser) -> None:
+        _add_common(parser, None)
+        if at_motors:
+            _add_motors(parser)
+        add_options(parser)
 
-def _add_equilibria(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    _add_motors(parser)
-    add_equilibria_options(parser)
-
-
-def _add_workspace(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    add_workspace_options(parser)
-
-
-def _add_measure(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    add_measure_options(parser)
-
-
-def _add_calibrate(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    add_calibrate_options(parser)
-
-
-def _add_view(parser: argparse.ArgumentParser) -> None:
-    _add_common(parser, None)
-    _add_motors(parser)
-    add_view_options(parser)
+    return add
 
 
 def _add_compile(parser: argparse.ArgumentParser) -> None:
@@ -271,7 +252,7 @@ def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
     parser.add_argument("robot", metavar="ROBOT", help="name of a shipped robot, or YAML file")
     parser.add_argument(
         "--modes",
-        type=_mode_count,
+        type=partial(count, least=1, most=MOST_MODES),
         metavar="M",
         help="strain modes per direction, in every direction that has any; not for B-splines; else "
         "the description's",
@@ -294,10 +275,6 @@ def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON; else text")
 
 
-def _mode_count(text: str) -> int:
-    return count(text, 1, MOST_MODES)
-
-
 def _solved(robot: Robot, options: argparse.Namespace) -> Equilibrium:
     """The equilibrium a command is about."""
     loads = _loads(robot, options)
@@ -314,26 +291,22 @@ def _report_equilibrium(equilibrium: Equilibrium, options: argparse.Namespace) -
         error = error_of(equilibrium, "pose" if held else "motors")
     if options.json:
         told = {} if error is None else {"discretisation_error": error_as_dict(error)}
-        return _as_json(equilibrium_as_dict(equilibrium) | told)
+        return as_json(equilibrium_as_dict(equilibrium) | told)
     text = equilibrium_as_text(equilibrium)
     return text if error is None else f"{text}\n{error_as_text(equilibrium, error)}"
 
 
 def _report_stability(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
     if options.json:
-        return _as_json(stability_as_dict(equilibrium, options.motors_are))
+        return as_json(stability_as_dict(equilibrium, options.motors_are))
     return stability_as_text(equilibrium, options.motors_are)
 
 
 def _report_kinemato_statics(equilibrium: Equilibrium, options: argparse.Namespace) -> str:
     model, length = kinemato_statics(equilibrium), options.characteristic_length
     if options.json:
-        return _as_json(kinemato_statics_as_dict(model, length))
+        return as_json(kinemato_statics_as_dict(model, length))
     return kinemato_statics_as_text(model, length)
-
-
-def _as_json(values: dict[str, Any]) -> str:
-    return json.dumps(values, indent=2, allow_nan=False)
 
 
 def _loads(robot: Robot, options: argparse.Namespace) -> Loads | None:
@@ -342,9 +315,9 @@ def _loads(robot: Robot, options: argparse.Namespace) -> Loads | None:
     return robot.default_loads.with_(gravity=options.gravity, wrench_world=options.wrench)
 
 
-def _report_error(error: CprError, as_json: bool) -> int:
-    if as_json:
-        print(json.dumps({"error": {"code": error.code, "message": str(error)}}, indent=2))
+def _report_error(error: CprError, in_json: bool) -> int:
+    if in_json:
+        print(as_json({"error": {"code": error.code, "message": str(error)}}))
     else:
         print(f"cpr: error: {error}", file=sys.stderr)
     bad = isinstance(error, InvalidRequest | DescriptionError)
@@ -352,17 +325,23 @@ def _report_error(error: CprError, as_json: bool) -> int:
 
 
 #: What adds the options of every command, and what the command is for.
-_COMMANDS: dict[str, tuple[Callable[[argparse.ArgumentParser], None], str]] = {
+_COMMANDS: dict[str, tuple[AddOptions, str]] = {
     "forward": (_add_forward, "motor positions to platform pose"),
     "inverse": (_add_inverse, "platform pose to motor positions"),
     "stability": (_add_stability, "spectrum of the reduced Hessian"),
     "kinemato": (_add_kinemato, "Jacobians, compliance, singularities"),
-    "trace": (_add_trace, "a path of equilibria, and what happens on it"),
-    "equilibria": (_add_equilibria, "all equilibria at given motors"),
+    "trace": (_running(add_trace_options), "a path of equilibria, and what happens on it"),
+    "equilibria": (
+        _running(add_equilibria_options, at_motors=True),
+        "all equilibria at given motors",
+    ),
     "modes": (add_modes_options, "how exact numbers of strain modes are near home"),
-    "workspace": (_add_workspace, "a map of what can be reached, with borders"),
-    "measure": (_add_measure, "where to measure, to find parameters"),
-    "calibrate": (_add_calibrate, "parameters from measurements"),
-    "view": (_add_view, "look at the robot and move it, in the browser"),
+    "workspace": (_running(add_workspace_options), "a map of what can be reached, with borders"),
+    "measure": (_running(add_measure_options), "where to measure, to find parameters"),
+    "calibrate": (_running(add_calibrate_options), "parameters from measurements"),
+    "view": (
+        _running(add_view_options, at_motors=True),
+        "look at the robot and move it, in the browser",
+    ),
     "compile": (_add_compile, "compile the kernels now, not when a command needs them first"),
 }

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from typing import Any
 
@@ -24,6 +23,7 @@ from ..solving.chosen_modes import (
 from ..solving.not_reached import NotReached
 from .answer import Answer
 from .argument_types import length
+from .reports import as_json
 
 __all__ = ["add_modes_options"]
 
@@ -65,9 +65,7 @@ def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> An
             rows.append((str(modes), None))
     rows.append(("chosen", compared_modes(chosen, exact)))
     if options.json:
-        return Answer(
-            json.dumps(_as_dict(chosen, tolerance, own, rows), indent=2, allow_nan=False), True
-        )
+        return Answer(as_json(_as_dict(chosen, tolerance, own, rows)), True)
     return Answer(_as_text(chosen, tolerance, own, rows), True)
 
 

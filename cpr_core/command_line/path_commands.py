@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -25,7 +24,7 @@ from ..solving.objectives import OBJECTIVES
 from ..solving.trace import Trace, trace
 from .answer import Answer, written
 from .argument_types import count, picture
-from .reports import finite
+from .reports import as_json, json_number
 
 __all__ = [
     "add_equilibria_options",
@@ -140,7 +139,7 @@ def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> An
         )
     problems = written(partial(_plot_trace, found), options.plot)
     if options.json:
-        text = json.dumps(_trace_as_dict(found), indent=2, allow_nan=False)
+        text = as_json(_trace_as_dict(found))
         return Answer(text, found.reached, problems)
     return Answer(_trace_as_text(found), found.reached, problems)
 
@@ -164,7 +163,9 @@ def _trace_as_dict(found: Trace) -> dict[str, Any]:
         "smallest_eigenvalues_locked": found.eigenvalues_locked.tolist(),
         "indices_locked": found.indices_locked.tolist(),
         "indices_free": found.indices_free.tolist(),
-        "bending_strains": [[*map(finite, strains)] for strains in found.bending_strains.tolist()],
+        "bending_strains": [
+            [*map(json_number, strains)] for strains in found.bending_strains.tolist()
+        ],
         "events": [
             {
                 "kind": event.kind,
@@ -223,7 +224,7 @@ def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) 
             "robot": robot.description.name,
             "equilibria": [_as_dict(entry) for entry in found],
         }
-        return Answer(json.dumps(values, indent=2, allow_nan=False), bool(found), problems)
+        return Answer(as_json(values), bool(found), problems)
     lines = [
         f"{robot.description.name}: {len(found)} equilibria, "
         f"{sum(entry.stable for entry in found)} stable with the motors held",

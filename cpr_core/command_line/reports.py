@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any, cast
 
@@ -19,11 +20,12 @@ from ..solving.discretisation_error import DiscretisationError
 from ..solving.requests import pose_meaning
 
 __all__ = [
+    "as_json",
     "equilibrium_as_dict",
     "equilibrium_as_text",
     "error_as_dict",
     "error_as_text",
-    "finite",
+    "json_number",
     "kinemato_statics_as_dict",
     "kinemato_statics_as_text",
     "stability_as_dict",
@@ -36,8 +38,13 @@ _MOTION = (*(f"{name} [rad]" for name in _TWIST[:3]), *(f"{name} [m]" for name i
 _WRENCH = ("m_x [N m]", "m_y [N m]", "m_z [N m]", "f_x [N]", "f_y [N]", "f_z [N]")
 
 
-def finite(value: float) -> float | None:
-    """What JSON can hold."""
+def as_json(values: dict[str, Any]) -> str:
+    """Plain values as every command prints them."""
+    return json.dumps(values, indent=2, allow_nan=False)
+
+
+def json_number(value: float) -> float | None:
+    """A number as JSON can hold it; None: it is not finite."""
     return float(value) if math.isfinite(value) else None
 
 
@@ -61,13 +68,13 @@ def equilibrium_as_dict(equilibrium: Equilibrium) -> dict[str, Any]:
         "pose": equilibrium.pose.tolist(),
         "leg_coordinates": equilibrium.leg_coordinates.tolist(),
         "multipliers": equilibrium.multipliers.tolist(),
-        "bending_strains": [*map(finite, bending_strains(equilibrium).tolist())],
+        "bending_strains": [*map(json_number, bending_strains(equilibrium).tolist())],
         "energy": equilibrium.energy,
         "index_locked": locked.index,
         "index_free": free.index,
-        "smallest_eigenvalue_locked": finite(locked.smallest),
-        "smallest_eigenvalue_free": finite(free.smallest),
-        "margin_locked": finite(locked.margin),
+        "smallest_eigenvalue_locked": json_number(locked.smallest),
+        "smallest_eigenvalue_free": json_number(free.smallest),
+        "margin_locked": json_number(locked.margin),
         "energy_criterion_applies": locked.energy_criterion_applies,
     }
 
@@ -153,7 +160,7 @@ def stability_as_dict(equilibrium: Equilibrium, motors_are: MotorReading) -> dic
         "stable": found.index == 0 if found.energy_criterion_applies else None,
         "index": found.index,
         "eigenvalues": found.eigenvalues[:6].tolist(),
-        "margin": finite(found.margin),
+        "margin": json_number(found.margin),
         "inverse_condition_number": found.inverse_condition_number,
         "energy_criterion_applies": found.energy_criterion_applies,
         "softest_motion": {

@@ -9,6 +9,7 @@ import argparse
 import json
 import signal
 import threading
+from functools import partial
 from pathlib import Path
 
 from ..description.loads import Loads
@@ -40,15 +41,11 @@ def add_view_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--port",
-        type=_port,
+        type=partial(count, most=65535),
         default=8080,
         metavar="N",
         help="port of the page; 0: any that is free; default %(default)s",
     )
-
-
-def _port(text: str) -> int:
-    return count(text, most=65535)
 
 
 def _view(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:

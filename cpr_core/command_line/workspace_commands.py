@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import threading
 from collections.abc import Callable, Iterator
@@ -31,6 +30,7 @@ from ..workspace.summary import summary_of
 from .answer import Answer, written
 from .argument_types import count, not_negative, number, picture
 from .path_commands import add_objective
+from .reports import as_json
 
 __all__ = ["add_workspace_options"]
 
@@ -148,7 +148,7 @@ def _workspace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -
     problems += written(draw, options.plot)
     values = _as_dict(found, options.threshold)
     if options.json:
-        text = json.dumps(values, indent=2, allow_nan=False)
+        text = as_json(values)
         return Answer(text, found.complete, problems)
     return Answer(_as_text(values), found.complete, problems)
 

@@ -24,7 +24,6 @@ from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
 from .doubts import (
-    bound_doubts,
     check_measured,
     fit_doubts,
     frame_doubts,
@@ -39,7 +38,7 @@ from .measurements import (
     checked_measurements,
     driven_by,
 )
-from .number_doubts import border_doubts, hardly_told
+from .number_doubts import border_doubts, bound_doubts, hardly_told
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
 from .robust_loss import Loss, checked_loss, variance_factor
 from .tracker_alignment import aligned_tracker
@@ -98,7 +97,7 @@ def calibrate(
     loss = checked_loss(loss)
     values = robot.parameter_values(paths)
     limits = _checked_bounds(bounds, paths, values)
-    tell = progress if progress is not None else _silent
+    tell = progress if progress is not None else lambda _: None
     before = first_equilibria(robot, rows, start, lambda done: tell(0.5 * done))
     aligned, begin = aligned_tracker(rows, before, paths, deviations, limits), values
     outside = np.any((values <= limits[0]) | (values >= limits[1]))
@@ -116,20 +115,27 @@ def calibrate(
     if numbers < len(paths):
         expected = f"expected at least as many measured numbers as parameters, {len(paths)}"
         raise InvalidRequest("measurements", f"{expected}, got {numbers}")
-    scales = natural_changes(before[0], paths)
-    problem = ParameterProblem(robot, paths, begin, scales, compared, deviations, before, tell)
+    problem = ParameterProblem(
+        robot=robot,
+        paths=paths,
+        values=begin,
+        scales=natural_changes(before[0], paths),
+        rows=compared,
+        deviations=deviations,
+        before=before,
+        tell=tell,
+    )
     answer = solution(problem, limits, loss)
-    doubts = frame_doubts(rows, paths)
-    doubts += measured_doubts(compared, before, problem.equilibria(answer))
-    found = replace(_result(problem, answer, limits, loss, doubts), start=values)
+    doubts = [
+        *frame_doubts(rows, paths),
+        *measured_doubts(compared, before, problem.equilibria(answer)),
+    ]
+    found = _result(problem, answer, limits, loss, doubts)
+    found = replace(found, start=values)  # of a tracker it was begun elsewhere
     tell(1.0)
     for doubt in found.doubts:
         warnings.warn(doubt, CalibrationWarning, stacklevel=3)
     return found
-
-
-def _silent(_: float) -> None:
-    """Tell nobody."""
 
 
 def _checked_bounds(
@@ -164,7 +170,7 @@ def _result(
     change: Floats,
     limits: Floats,
     loss: Loss,
-    doubts: tuple[str, ...],
+    doubts: list[str],
 ) -> CalibrationResult:
     """What was found, and how exact it is."""
     residual = problem.residual(change)
@@ -182,28 +188,28 @@ def _result(
     equilibria, values = problem.equilibria(change), problem.values_at(change)
     if not problem.settled:
         text = f"no least sum of squares is found with {TRIED} robots: these are the last values"
-        doubts = (*doubts, text)
+        doubts = [*doubts, text]
     deviations = np.sqrt(np.diag(covariance))
-    doubts = (*doubts, *bound_doubts(problem.paths, values, deviations, limits))
     robot, start = equilibria[0].robot, np.abs(problem.values)
     sizes = np.where(start > 0.0, start, problem.scales)
-    doubts = (
+    doubts = [
         *doubts,
+        *bound_doubts(problem.paths, values, deviations, limits),
         *hardly_told(robot, problem.paths, values, deviations, sizes),
         *border_doubts(robot, problem.paths, values, deviations, start),
         *kind_doubts(problem.rows, equilibria, determined),
-    )
-    words = unseen_in_words(known.unseen, hidden, problem.scales, problem.paths, values)
+        *fit_doubts(problem.rows, problem.before, fit, freedom, problem.refused),
+    ]
     return CalibrationResult(
-        robot,
-        problem.paths,
-        problem.values,
-        values,
-        covariance,
-        words,
-        (*doubts, *fit_doubts(problem.rows, problem.before, fit, freedom, problem.refused)),
-        fit,
-        problem.rows,
-        tuple(problem.before),
-        tuple(equilibria),
+        robot=robot,
+        parameters=problem.paths,
+        start=problem.values,
+        values=values,
+        covariance=covariance,
+        undetermined=unseen_in_words(known.unseen, hidden, problem.scales, problem.paths, values),
+        doubts=tuple(doubts),
+        fit=fit,
+        rows=problem.rows,
+        before=tuple(problem.before),
+        after=tuple(equilibria),
     )

@@ -1,7 +1,10 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Measurements that look like other units, another order of numbers, or a sensor that is stuck."""
+"""Measurements that look like other units, another order of numbers, or a sensor that is stuck.
+
+Before an answer is looked for (``check_measured``), and in what it leaves of them.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,6 @@ from .measurements import Measurement, StandardDeviations
 from .tracker_rates import of_tracker
 
 __all__ = [
-    "bound_doubts",
     "check_measured",
     "deviation_doubts",
     "fit_doubts",
@@ -56,8 +58,6 @@ _VAGUE = 0.1
 #: How far out of its plane a planar robot may be measured: in standard deviations, and in rod lengths or
 #: radians. What is farther by both is of another frame, or of another order of numbers.
 _OUT_OF_PLANE, _NEAR_PLANE = 10.0, 0.02
-#: How near to a bound, in standard deviations, is at it.
-_AT_BOUND = 1e-2
 
 
 def unit_doubt(robot: Robot, row: Measurement) -> str:
@@ -95,18 +95,18 @@ def plane_doubt(
         near = max(_OUT_OF_PLANE * position_deviation, _NEAR_PLANE * robot.mean_length)
         if abs(position[2]) > near:
             z = float(position[2])
-            told, most = distinct(z, math.copysign(near, z), fewest=3)
+            height, most = distinct(z, math.copysign(near, z), fewest=3)
             return (
-                f"z is {told} m, of a robot in the plane z = 0: expected at most {most.lstrip('-')}, "
+                f"z is {height} m, of a robot in the plane z = 0: expected at most {most.lstrip('-')}, "
                 "in the frame of the description"
             )
     if rotation is not None and not robot.description.point_platform:
         tilt = float(np.arctan2(np.hypot(rotation[0, 2], rotation[1, 2]), rotation[2, 2]))
         near = max(_OUT_OF_PLANE * rotation_deviation, _NEAR_PLANE)
         if tilt > near:
-            told, most = distinct(tilt, near, fewest=3)
+            by, most = distinct(tilt, near, fewest=3)
             return (
-                f"the orientation leads out of the plane z = 0 of this robot by {told} rad: "
+                f"the orientation leads out of the plane z = 0 of this robot by {by} rad: "
                 f"expected at most {most}, a turn about z"
             )
     return ""
@@ -150,13 +150,15 @@ def check_measured(
         doubt = plane_doubt(equilibrium.robot, row.position, row.rotation, *exactness)
         if doubt and row.frame == "world":
             raise InvalidRequest(row.label, doubt)
-    pairs_of = [(row.position, position) for row, (position, _) in zip(rows, poses, strict=True)]
-    told = [pair for row, pair in zip(rows, pairs_of, strict=True) if row.frame == "tracker"]
-    world = [pair for row, pair in zip(rows, pairs_of, strict=True) if row.frame == "world"]
+    positions = [(row.position, position) for row, (position, _) in zip(rows, poses, strict=True)]
+    in_world, in_tracker = (
+        [pair for row, pair in zip(rows, positions, strict=True) if row.frame == frame]
+        for frame in ("world", "tracker")
+    )
     efforts = [(row.efforts, found.efforts) for row, found in zip(rows, predicted, strict=True)]
     for name, unit, both in (
-        ("position", "m", world),
-        ("position", "m", _from_the_middle(told)),
+        ("position", "m", in_world),
+        ("position", "m", _from_the_middle(in_tracker)),
         ("efforts", "N m or N", efforts),
     ):
         ratio = _ratio(both)
@@ -319,13 +321,13 @@ def fit_doubts(
         return []
     robot = described[0].robot
     pairs = [(row, unit_doubt(robot, row.measurement)) for row in rows]
-    told = [f"{row.measurement.label}: {doubt}" for row, doubt in pairs if doubt][:1]
-    if not told and (doubt := _other_efforts(rows, described) or _other_unit(rows, described)):
-        told = [doubt]
+    units = [f"{row.measurement.label}: {doubt}" for row, doubt in pairs if doubt][:1]
+    if not units and (doubt := _other_efforts(rows, described) or _other_unit(rows, described)):
+        units = [doubt]
     return [
         f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "
         "deviations that are too small, or a robot that differs in more than these parameters",
-        *told,
+        *units,
         *([f"on the way there were no robots: {refused}"] if refused else []),
     ]
 
@@ -411,23 +413,3 @@ def _other_unit(rows: Sequence[ComparedRow], described: Sequence[Equilibrium]) -
         if np.linalg.norm(row.residual(other)) < BETTER * sizes[worst]:
             return f"{row.measurement.label}: {doubt}"
     return ""
-
-
-def bound_doubts(
-    paths: Sequence[str], values: Floats, deviations: Floats, bounds: Floats
-) -> tuple[str, ...]:
-    """Parameters that ended at a bound, one line each.
-
-    Args:
-        paths: Of the parameters, P.
-        values: What was found, (P,).
-        deviations: Their standard deviations, (P,); infinite ones are of values that stayed.
-        bounds: Lowest and highest values, (2, P).
-    """
-    moved = np.where(np.isfinite(deviations), deviations, 0.0)
-    near = np.abs(values - bounds) <= _AT_BOUND * moved
-    return tuple(
-        f"{paths[column]} ends at its bound {bounds[side, column]:g}: the measurements fit better "
-        "beyond it, and standard deviations are those without bounds"
-        for side, column in np.argwhere(near & np.isfinite(bounds))
-    )

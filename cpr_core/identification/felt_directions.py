@@ -34,14 +34,7 @@ _LARGEST_DEVIATION = 1.0
 _ROUNDING = 1e-9
 #: Part of an axis, squared, that counts as all of it; what is left of one counts as none.
 _WHOLE = 0.99
-_NAMES = (
-    "a moment about x",
-    "a moment about y",
-    "a moment about z",
-    "a force along x",
-    "a force along y",
-    "a force along z",
-)
+_NAMES = [f"a {part} {axis}" for part in ("moment about", "force along") for axis in "xyz"]
 
 
 @dataclass(frozen=True, eq=False)

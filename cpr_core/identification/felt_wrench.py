@@ -172,12 +172,13 @@ def estimate_wrench(
     measured = wrench_measurements(
         robot, motors, efforts, effort_deviation, pose, pose_deviation, place
     )
-    known = loads if loads is not None else before.loads if before else robot.default_loads
-    if before is not None and known is before.loads:
-        arrays = before._load_arrays
+    if loads is None:
+        loads = before.loads if before else robot.default_loads
+    if before is not None and loads is before.loads:
+        load_arrays = before._load_arrays
     else:
-        before, arrays = None, robot.load_arrays(known)
-    search = _Search(place, measured, known, arrays, Deadline(time_limit))
+        before, load_arrays = None, robot.load_arrays(loads)
+    search = _Search(place, measured, loads, load_arrays, Deadline(time_limit))
     if before is None or before.directions.gain.shape[1] != measured.rows:
         return search.from_afar(place)
     return search.from_last(before)
@@ -209,24 +210,24 @@ class _Search:
         self,
         place: Equilibrium,
         measured: WrenchMeasurements,
-        known: Loads,
-        arrays: LoadArrays,
+        loads: Loads,
+        load_arrays: LoadArrays,
         deadline: Deadline,
     ) -> None:
-        """Nothing is found yet; ``arrays`` are those of the loads that are known."""
+        """Nothing is found yet; the loads are what acts beside the wrench."""
         self.robot, self.measured = place.robot, measured
-        self.known, self.arrays = known, arrays
+        self.loads, self.load_arrays = loads, load_arrays
         self.units, self.deadline = wrench_units(self.robot), deadline
 
     def from_afar(self, start: Equilibrium) -> WrenchEstimate:
         """From the measured motors without a wrench."""
-        free = pushed_equilibrium(start, self.measured.motors, self.known, self.arrays, None)
+        free = pushed_equilibrium(start, self.measured.motors, self.loads, self.load_arrays, None)
         if free is None:
             free = solve_forward(
                 self.robot,
                 self.measured.motors,
                 start=start,
-                loads=self.known,
+                loads=self.loads,
                 time_limit=self.deadline.left,
             )
         return self._newton(free, np.zeros(len(self.units)), self.measured.residual(free), free)
@@ -320,7 +321,7 @@ class _Search:
     def _reached(self, start: Equilibrium, wrench: Floats) -> Equilibrium | None:
         """The equilibrium under a wrench in natural units, at the measured motors; None: not near by."""
         return pushed_equilibrium(
-            start, self.measured.motors, self.known, self.arrays, self._world(wrench)
+            start, self.measured.motors, self.loads, self.load_arrays, self._world(wrench)
         )
 
     def _world(self, wrench: Floats) -> Floats:
@@ -342,9 +343,9 @@ class _Search:
             chi_square=squares,
             degrees_of_freedom=max(0, free),
             doubt=doubt,
-            loads=self.known,
+            loads=self.loads,
             directions=felt,
-            _load_arrays=self.arrays,
+            _load_arrays=self.load_arrays,
             _unloaded=unloaded,
         )
 
@@ -357,7 +358,9 @@ class _Search:
         """
         free: Equilibrium | None = unloaded
         if not np.array_equal(unloaded.motors, self.measured.motors):
-            free = pushed_equilibrium(unloaded, self.measured.motors, self.known, self.arrays, None)
+            free = pushed_equilibrium(
+                unloaded, self.measured.motors, self.loads, self.load_arrays, None
+            )
         if free is None:
             return ""
         for other, doubt in self.measured.other_efforts(free):

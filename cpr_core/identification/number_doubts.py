@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers that measurements hardly tell, and numbers that end where descriptions do."""
+"""Numbers that measurements hardly tell, and numbers that end at a bound or where descriptions do."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..errors import DescriptionError
 from ..model.robot import Robot
 from .tried_robot import tried_robot
 
-__all__ = ["HALF_95_PERCENT", "border_doubts", "hardly_told"]
+__all__ = ["HALF_95_PERCENT", "border_doubts", "bound_doubts", "hardly_told"]
 
 Floats = NDArray[np.float64]
 
@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 HALF_95_PERCENT = 1.959963984540054
 #: How near to what descriptions refuse is next to it, by the number.
 _NEXT = 1e-2
+#: How near to a bound, in standard deviations, is at it.
+_AT_BOUND = 1e-2
 
 
 def hardly_told(
@@ -88,6 +90,26 @@ def border_doubts(
                 "beyond it, or hardly tell it"
             )
     return tuple(found)
+
+
+def bound_doubts(
+    paths: Sequence[str], values: Floats, deviations: Floats, bounds: Floats
+) -> tuple[str, ...]:
+    """Parameters that ended at a bound, one line each.
+
+    Args:
+        paths: Of the parameters, P.
+        values: What was found, (P,).
+        deviations: Their standard deviations, (P,); infinite ones are of values that stayed.
+        bounds: Lowest and highest values, (2, P).
+    """
+    moved = np.where(np.isfinite(deviations), deviations, 0.0)
+    near = np.abs(values - bounds) <= _AT_BOUND * moved
+    return tuple(
+        f"{paths[column]} ends at its bound {bounds[side, column]:g}: the measurements fit better "
+        "beyond it, and standard deviations are those without bounds"
+        for side, column in np.argwhere(near & np.isfinite(bounds))
+    )
 
 
 def _refused(robot: Robot, path: str, value: float) -> str:

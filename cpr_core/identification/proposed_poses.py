@@ -132,7 +132,9 @@ def propose_poses(
     measured = [deviations.position, deviations.rotation, deviations.efforts]
     if all(deviation is None for deviation in measured):
         raise InvalidRequest("deviations", "expected one of position, rotation or efforts")
-    candidates = _candidates(robot, count, tuple(loads), (reach, margin, seed), progress)
+    candidates = _candidates(
+        robot, count, tuple(loads), reach=reach, margin=margin, seed=seed, progress=progress
+    )
     scales = natural_changes(candidates[0], paths)
     rates = np.array([_rates(each, deviations, paths) for each in candidates]) * scales
     information = np.einsum("ckp,ckq->cpq", rates, rates)
@@ -140,20 +142,20 @@ def propose_poses(
     generator = np.random.default_rng(seed)
     sizes = parameter_sizes(values, scales)
     several = [
-        _deviations(_told(rates[generator.choice(len(candidates), count, replace=False)], sizes))
+        _deviations(_known(rates[generator.choice(len(candidates), count, replace=False)], sizes))
         for _ in range(_CHOICES)
     ]
-    known = _told(rates[chosen], sizes)
+    known = _known(rates[chosen], sizes)
     after = _deviations(known) * scales
     order, home_first = _short_way([candidates[number] for number in chosen])
     return ProposedPoses(
-        order,
-        home_first,
-        paths,
-        after,
-        np.median(several, axis=0) * scales,
-        unseen_in_words(known.unseen, np.isinf(after), scales, paths, values),
-        (
+        equilibria=order,
+        home_first=home_first,
+        parameters=paths,
+        standard_deviations=after,
+        random=np.median(several, axis=0) * scales,
+        undetermined=unseen_in_words(known.unseen, np.isinf(after), scales, paths, values),
+        doubts=(
             *deviation_doubts(robot, deviations),
             *hardly_told(robot, paths, values, after, np.where(values == 0.0, scales, 0.0)),
         ),
@@ -164,7 +166,10 @@ def _candidates(
     robot: Robot,
     count: int,
     loads: tuple[Loads, ...],
-    how: tuple[float, float, int],
+    *,
+    reach: float,
+    margin: float,
+    seed: int,
     progress: Callable[[float], None] | None,
 ) -> list[Equilibrium]:
     """Equilibria that can be gone to.
@@ -180,7 +185,6 @@ def _candidates(
                 "expected loads with a potential, as poses have to be stable: moments in space and "
                 "wrenches that turn with the platform have none",
             )
-    reach, margin, seed = how
     home, generator = solve_home(robot), np.random.default_rng(seed)
     units = robot.motor_units
     limits = [motor.limits for motor in robot.description.motors]
@@ -264,7 +268,7 @@ def _size(information: Floats) -> float:
     return float(np.linalg.slogdet(information)[1])
 
 
-def _told(rates: Floats, sizes: Floats) -> Knowledge:
+def _known(rates: Floats, sizes: Floats) -> Knowledge:
     """What measurements with these rates, (C, K, P), tell; sizes as in ``unseen_directions``."""
     return knowledge(np.vstack(list(rates)), sizes)
 

@@ -29,8 +29,8 @@ _RESIDUAL = 1e-11
 def pushed_equilibrium(
     start: Equilibrium,
     motors: Floats,
-    known: Loads,
-    arrays: LoadArrays,
+    loads: Loads,
+    load_arrays: LoadArrays,
     wrench_world: Floats | None,
 ) -> Equilibrium | None:
     """What Newton's method finds from a start, with the motors where they are measured.
@@ -40,8 +40,8 @@ def pushed_equilibrium(
     Args:
         start: Equilibrium to start from.
         motors: Motor positions, (n,) [rad or m].
-        known: Loads beside the wrench.
-        arrays: The same as the kernels see them.
+        loads: What acts beside the wrench.
+        load_arrays: The same as the kernels see it.
         wrench_world: What acts beyond them, (6,) [N m, N]; None: nothing.
 
     Returns:
@@ -51,13 +51,12 @@ def pushed_equilibrium(
     way = (motors - start.motors) / robot.motor_units
     if max(map(abs, way.tolist()), default=0.0) > LONGEST_STEP:
         return None
-    loads = known
     if wrench_world is not None:
-        loads = replace(known, wrench_world=known.wrench_world + wrench_world)
-        platform = arrays.platform.copy()
+        loads = replace(loads, wrench_world=loads.wrench_world + wrench_world)
+        platform = load_arrays.platform.copy()
         platform["moment_world"][0] += wrench_world[ANGULAR]
         platform["force_world"][0] += wrench_world[LINEAR]
-        arrays = arrays._replace(platform=platform)
-    target = robot, loads, arrays, "motors", motors[None, :], UNPREDICTED
+        load_arrays = load_arrays._replace(platform=platform)
+    target = robot, loads, load_arrays, "motors", motors[None, :], UNPREDICTED
     found = stepped(start, *target, _RESIDUAL) or stepped(start, *target)
     return None if found is None or found.index_locked > start.index_locked else found

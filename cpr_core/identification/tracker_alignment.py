@@ -91,7 +91,8 @@ def aligned_tracker(
         np.array([_or_none(None if point else row.rotation, (3, 3)) for row, _ in pairs]),
         np.array([equilibrium.platform_position for _, equilibrium in pairs]),
         np.array([equilibrium.platform_rotation for _, equilibrium in pairs]),
-        (1.0 / (deviations.position or 1.0), 1.0 / (deviations.rotation or 1.0)),
+        1.0 / (deviations.position or 1.0),
+        1.0 / (deviations.rotation or 1.0),
     )
     starts = _starts(tracker, seen, free)
     if not starts:
@@ -127,12 +128,13 @@ def _starts(tracker: Tracker, seen: TrackerRows, free: Mapping[str, list[int]]) 
         return [_placed(tracker, seen, free)]
     rotations = []
     if seen.placed.sum() >= _FEW:
-        markers = (seen.places + seen.turns @ tracker.marker_position)[seen.placed]
-        told = seen.told[seen.placed]
-        told_about_mean, markers_about_mean = (each - each.mean(axis=0) for each in (told, markers))
-        spread = np.linalg.svd(told_about_mean, compute_uv=False)
+        measured, markers = (
+            each[seen.placed] - each[seen.placed].mean(axis=0)
+            for each in (seen.marker_positions, seen.markers(tracker))
+        )
+        spread = np.linalg.svd(measured, compute_uv=False)
         if spread[1] > _NONE * spread[0]:
-            rotations.append(projected_rotation(markers_about_mean.T @ told_about_mean))
+            rotations.append(projected_rotation(markers.T @ measured))
     if seen.oriented.sum() >= _FEW:
         rotations.append(_turned_as(tracker, seen, free))
     if not rotations:
@@ -146,11 +148,13 @@ def _starts(tracker: Tracker, seen: TrackerRows, free: Mapping[str, list[int]]) 
 
 def _turned_as(tracker: Tracker, seen: TrackerRows, free: Mapping[str, list[int]]) -> Floats:
     """How the tracker is turned, as orientations have it: R_X A = B R_Y of every row, (3, 3)."""
-    own, told = seen.turns[seen.oriented], seen.turned[seen.oriented]
+    own, measured = seen.platform_rotations[seen.oriented], seen.marker_rotations[seen.oriented]
     if len(free.get("tracker.marker.rotation_vector", ())) < 3:
-        return projected_rotation(np.einsum("nij,jk,nlk->il", own, tracker.marker_rotation, told))
+        return projected_rotation(
+            np.einsum("nij,jk,nlk->il", own, tracker.marker_rotation, measured)
+        )
     # Entry by entry R_Y = B^T R_X A is linear in R_X: on the right one the mean is as large as can be.
-    whole = np.einsum("nji,nkl->iljk", own, told).reshape(9, 9)
+    whole = np.einsum("nji,nkl->iljk", own, measured).reshape(9, 9)
     _, _, right = np.linalg.svd(whole)
     rotation = right[0].reshape(3, 3)
     return projected_rotation(rotation * np.sign(np.linalg.det(rotation)))
@@ -158,22 +162,25 @@ def _turned_as(tracker: Tracker, seen: TrackerRows, free: Mapping[str, list[int]
 
 def _placed(tracker: Tracker, seen: TrackerRows, free: Mapping[str, list[int]]) -> Tracker:
     """The tracker with its place and its marker where they fit how it is turned."""
-    told, places, turns = (each[seen.placed] for each in (seen.told, seen.places, seen.turns))
-    rotated, marker = told @ tracker.rotation.T, tracker.marker_position
-    if len(told) and len(free.get("tracker.marker.position", ())) == 3:
+    measured, places, turns = (
+        each[seen.placed]
+        for each in (seen.marker_positions, seen.platform_positions, seen.platform_rotations)
+    )
+    rotated, marker = measured @ tracker.rotation.T, tracker.marker_position
+    if len(measured) and len(free.get("tracker.marker.position", ())) == 3:
         # With middles taken off the place of the tracker is gone.
         lacking = rotated - places - turns @ marker
         lacking = lacking - lacking.mean(axis=0)
         matrix = (turns - turns.mean(axis=0)).reshape(-1, 3)
         marker = marker + np.linalg.lstsq(matrix, lacking.ravel(), rcond=_NONE)[0]
     position = tracker.position
-    if len(told) and len(free.get("tracker.position", ())) == 3:
+    if len(measured) and len(free.get("tracker.position", ())) == 3:
         position = np.median(places + turns @ marker - rotated, axis=0)
     turn = tracker.marker_rotation_vector
     if seen.oriented.any() and len(free.get("tracker.marker.rotation_vector", ())) == 3:
-        own, told = seen.turns[seen.oriented], seen.turned[seen.oriented]
+        own, measured = seen.platform_rotations[seen.oriented], seen.marker_rotations[seen.oriented]
         turn = rotation_log(
-            projected_rotation(np.einsum("nji,jk,nkl->il", own, tracker.rotation, told))
+            projected_rotation(np.einsum("nji,jk,nkl->il", own, tracker.rotation, measured))
         )
     return replace(tracker, position=position, marker_position=marker, marker_rotation_vector=turn)
 
@@ -242,10 +249,9 @@ def _check_unit(seen: TrackerRows, tracker: Tracker, marker_found: bool, length:
         raise InvalidRequest("measurements: position", f"{problem}: another unit? expected m")
     if seen.placed.sum() < _FEW:
         return
-    markers = seen.places + seen.turns @ tracker.marker_position
     sizes = [
         float(np.median(np.abs(each - np.median(each, axis=0))))
-        for each in (seen.told[seen.placed], markers[seen.placed])
+        for each in (seen.marker_positions[seen.placed], seen.markers(tracker)[seen.placed])
     ]
     if not all(sizes):
         return

@@ -180,14 +180,14 @@ def wrench_measurements(
     position, rotation = None, _NO_TURN
     if pose is not None:
         position, rotation = _checked_pose(robot, pose, seen_from)
-    deviations = (
-        None if efforts is None else _numbers("effort_deviation", effort_deviation, _OF_EFFORTS),
-        None if pose is None else _numbers("pose_deviation", pose_deviation, _OF_POSE),
-    )
-    weights = _weights(robot, *deviations)
-    if robot.planar and deviations[1] is not None:
-        exactness = (float(value) for value in deviations[1])
-        doubt = plane_doubt(robot, position, rotation, *exactness)
+    of_efforts = of_pose = None
+    if efforts is not None:
+        of_efforts = _numbers("effort_deviation", effort_deviation, _OF_EFFORTS)
+    if pose is not None:
+        of_pose = _numbers("pose_deviation", pose_deviation, _OF_POSE)
+    weights = _weights(robot, of_efforts, of_pose)
+    if robot.planar and of_pose is not None:
+        doubt = plane_doubt(robot, position, rotation, float(of_pose[0]), float(of_pose[1]))
         if doubt:
             raise InvalidRequest("pose", doubt)
     return WrenchMeasurements(at, pushed, position, rotation, weights)

@@ -27,6 +27,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,6 +58,13 @@ COINCIDENT = 1e-6
 _TURNS = tuple(0.4 + 0.618 * number for number in range(8))
 #: Tangents of half a phase beyond this lose digits of the others.
 _STEEP = 1e3
+
+
+class Signature(NamedTuple):
+    """What tells of the conjugate points before a section: sum of the phases, determinant of b(u)."""
+
+    phase: float
+    determinant: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +130,11 @@ class JacobiFields:
         """Number n of independent variations."""
         return self.terminal.shape[1]
 
-    def signatures(self, sections: Sequence[float] | Floats) -> list[tuple[float, float]]:
-        """Sum of the phases and the determinant of b(u) at sections."""
+    def signatures(self, sections: Sequence[float] | Floats) -> list[Signature]:
+        """Signatures of several sections."""
         b, z = self._at_all(sections)
         determinants = np.linalg.det(b) * self._orientation
-        return list(zip(_phases(b, z).sum(axis=-1).tolist(), determinants.tolist(), strict=True))
+        return list(map(Signature, _phases(b, z).sum(axis=-1).tolist(), determinants.tolist()))
 
 
 def _phases(b: Floats, z: Floats) -> Floats:
@@ -262,18 +270,14 @@ def conjugate_points(solution: ContinuousEquilibrium | JacobiFields) -> tuple[fl
 
 
 def _between(
-    fields: JacobiFields,
-    low: float,
-    high: float,
-    at_low: tuple[float, float],
-    at_high: tuple[float, float],
+    fields: JacobiFields, low: float, high: float, at_low: Signature, at_high: Signature
 ) -> list[float]:
     """Conjugate points between two sections, from the signatures there.
 
     The sum of the phases turns continuously, but for the 2 pi it falls or rises by where a phase goes
     through pi.
     """
-    step = at_high[0] - at_low[0]
+    step = at_high.phase - at_low.phase
     count = round(step / (2.0 * np.pi))
     wide = high - low > COINCIDENT
     if wide and (count not in (0, 1) or abs(step - 2.0 * np.pi * count) > LARGEST_TURN):
@@ -294,7 +298,7 @@ def _between(
             options={"xatol": 1e-12},
         )
         return [float(nearest.x)] * count
-    if (at_low[1] * at_high[1] < 0.0) != (count == 1):
+    if (at_low.determinant * at_high.determinant < 0.0) != (count == 1):
         raise ArithmeticError(f"phases and determinant disagree on ({low:.6f}, {high:.6f})")
     if count == 0:
         return []

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..lie import quaternion_from_rotation
 from ..model.robot import Robot
-from ..validation import cached_property
+from ..validation import ReadOnlyArrays, cached_property
 from .chain_balance import ChainBalance, ChainPoint, chain_balance, tip_joint
 from .chain_robot import ChainRobot, chain_robot
 from .chain_steps import ChainState, NodePlace, chain_steps, node_cuts
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class ContinuousEquilibrium:
+class ContinuousEquilibrium(ReadOnlyArrays):
     """An equilibrium of a robot of continuous rods.
 
     Attributes:
@@ -55,16 +55,6 @@ class ContinuousEquilibrium:
     iterations: int
     method: ShootingMethod
     nodes: Mapping[NodePlace, ChainState] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for array in (
-            self.motors,
-            self.passive,
-            self.platform_rotation,
-            self.platform_position,
-            self.base_wrenches,
-        ):
-            array.flags.writeable = False
 
     @property
     def platform_quaternion(self) -> Floats:

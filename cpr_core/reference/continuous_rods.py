@@ -85,7 +85,8 @@ def solve_continuous_rough(
         # The tip takes no moment: the force has the arm from base to tip.
         arm = place + rotation @ np.array(leg.joint.position) - base.position
         wrenches[number, 3:] = np.cross(wrenches[number, :3], arm) / (arm @ arm)
-    return _refined(robot, loads, method, (angles, wrenches, rotation, place), motors_held=True)
+    rough = ShootingState(angles, wrenches, rotation, place)
+    return _refined(robot, loads, method, rough, motors_held=True)
 
 
 def solve_continuous(
@@ -126,7 +127,7 @@ def solve_continuous(
             for number in range(robot.motor_count)
         ]
     )
-    rough = (
+    rough = ShootingState(
         equilibrium.motors,
         wrenches,
         equilibrium.platform_rotation,
@@ -191,17 +192,19 @@ def _refined(
     robot: Robot,
     loads: Loads,
     method: ShootingMethod,
-    rough: tuple[Floats, Floats, Floats, Floats],
+    rough: ShootingState,
     *,
     motors_held: bool,
 ) -> ContinuousEquilibrium:
+    """The equilibrium near a rough state in SI units."""
     shooting, units = shooting_of(robot, loads, method)
-    state = _dimensionless(rough, units)
+    state = units.without_dimensions(rough)
     largest, iterations = shoot_at(shooting, state, motors_held, method.tolerance, 60)
     if not largest < method.tolerance:
         kind = NoForwardSolution if motors_held else NoInverseSolution
         raise kind(f"shooting: residual {largest:.1e} after {iterations} steps", 0.0, None)
-    return _equilibrium(robot, loads, method, units, state, largest, iterations)
+    found = units.with_dimensions(state)
+    return _equilibrium(robot, loads, method, found, largest, iterations)
 
 
 def _followed(
@@ -209,7 +212,7 @@ def _followed(
 ) -> tuple[ContinuousEquilibrium, ...]:
     robot, loads, count = start.robot, start.loads, len(changes)
     shooting, units = shooting_of(robot, loads, method)
-    state = _dimensionless(_state_of(start), units)
+    state = units.without_dimensions(_state_of(start))
     legs = robot.motor_count
     states = ShootingState(
         np.empty((count, legs)),
@@ -224,10 +227,12 @@ def _followed(
     if reached < count:
         kind = NoForwardSolution if motors_held else NoInverseSolution
         raise kind(f"shooting: {reached} of {count} points reached", reached / count, None)
-    points = zip(*states, residuals, iterations, strict=True)
+    found = map(units.with_dimensions, map(ShootingState, *states))
     return tuple(
-        _equilibrium(robot, loads, method, units, ShootingState(*point[:4]), *point[4:])
-        for point in points
+        _equilibrium(robot, loads, method, point, residual, used)
+        for point, residual, used in zip(
+            found, residuals.tolist(), iterations.tolist(), strict=True
+        )
     )
 
 
@@ -235,42 +240,32 @@ def _equilibrium(
     robot: Robot,
     loads: Loads,
     method: ShootingMethod,
-    units: tuple[float, Floats],
     state: ShootingState,
     residual: float,
     iterations: int,
 ) -> ContinuousEquilibrium:
-    length, wrench = units
+    """What was found, its state in SI units."""
     return ContinuousEquilibrium(
         robot=robot,
         loads=loads,
         motors=state.motors,
         passive=np.zeros(0),
         platform_rotation=state.rotation,
-        platform_position=length * state.position,
-        base_wrenches=wrench * state.wrenches,
-        residual=float(residual),
-        iterations=int(iterations),
+        platform_position=state.position,
+        base_wrenches=state.wrenches,
+        residual=residual,
+        iterations=iterations,
         method=method,
     )
 
 
-def _state_of(equilibrium: ContinuousEquilibrium) -> tuple[Floats, Floats, Floats, Floats]:
-    return (
+def _state_of(equilibrium: ContinuousEquilibrium) -> ShootingState:
+    """An equilibrium as a state in SI units."""
+    return ShootingState(
         equilibrium.motors,
         equilibrium.base_wrenches,
         equilibrium.platform_rotation,
         equilibrium.platform_position,
-    )
-
-
-def _dimensionless(
-    state: tuple[Floats, Floats, Floats, Floats], units: tuple[float, Floats]
-) -> ShootingState:
-    motors, wrenches, rotation, position = state
-    length, wrench = units
-    return ShootingState(
-        np.array(motors), np.array(wrenches) / wrench, np.array(rotation), position / length
     )
 
 

@@ -28,7 +28,6 @@ from scipy.integrate import solve_ivp
 
 from ..description.joints import RevoluteJoint, Spherical
 from ..description.leg_description import LegDescription
-from ..description.motors import RevoluteMotor
 from ..errors import InvalidRequest
 from ..kernels.square_problem import RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, rotation_exp, skew
@@ -36,6 +35,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector
+from .shooting_robot import check_leg
 
 __all__ = ["LiteralEquilibrium", "follow_literally", "solve_literally"]
 
@@ -165,7 +165,8 @@ class LiteralEquilibrium:
         platform_position: p_p, (3,) [m].
         residual: Largest dimensionless residual.
         iterations: Levenberg-Marquardt steps tried.
-        jacobian: Of all equations by (q_e, tau_a, lambda, Sigma_p), and by q_a.
+        jacobian: Of all K equations by (q_e, tau_a, lambda, Sigma_p), (K, K).
+        by_motors: Of all equations by q_a, (K, n).
     """
 
     robot: Robot
@@ -177,9 +178,8 @@ class LiteralEquilibrium:
     platform_position: Floats
     residual: float = np.inf
     iterations: int = 0
-    jacobian: tuple[Floats, Floats] = field(
-        repr=False, default_factory=lambda: (np.zeros(0), np.zeros(0))
-    )
+    jacobian: Floats = field(repr=False, default_factory=lambda: np.zeros((0, 0)))
+    by_motors: Floats = field(repr=False, default_factory=lambda: np.zeros((0, 0)))
 
 
 def _evaluate(at: LiteralEquilibrium) -> tuple[Floats, Floats, Floats]:
@@ -270,9 +270,8 @@ def _levenberg_marquardt(at: LiteralEquilibrium) -> LiteralEquilibrium:
     for iteration in range(ITERATIONS):
         largest = float(np.abs(residual / unit).max())
         if largest < RESIDUAL_TOLERANCE:
-            return replace(
-                at, residual=largest, iterations=iteration, jacobian=(jacobian, by_motors)
-            )
+            solved = replace(at, residual=largest, iterations=iteration)
+            return replace(solved, jacobian=jacobian, by_motors=by_motors)
         normal = jacobian.T @ jacobian
         normal[np.diag_indices_from(normal)] += damping
         trial = _moved(at, -linalg.solve(normal, jacobian.T @ residual, assume_a="pos"))
@@ -300,12 +299,7 @@ def solve_literally(equilibrium: Equilibrium) -> LiteralEquilibrium:
     robot, loads = equilibrium.robot, equilibrium.loads
     legs = robot.description.legs
     for leg in legs:
-        if not isinstance(leg.motor, RevoluteMotor) or leg.drive.motor is None:
-            raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
-        if not isinstance(leg.joint, RevoluteJoint if robot.planar else Spherical):
-            raise InvalidRequest("robot", f"{leg.name}: expected a tip joint that takes no moment")
-        if not leg.rod.uniform or any(np.any(series) for series in leg.rod.rest_curvature):
-            raise InvalidRequest("robot", f"{leg.name}: expected a uniform rod, straight at rest")
+        check_leg(leg, RevoluteJoint if robot.planar else Spherical)
     heavy = robot.description.platform_mass or any(leg.rod.mass_per_length for leg in legs)
     acting = [loads.rod_force, loads.wrench_world, loads.wrench_body]
     if heavy:
@@ -352,8 +346,7 @@ def follow_literally(
     last, points = start, []
     for target in np.asarray(motors):
         goal = checked_vector("motors", target, len(start.motors))
-        jacobian, by_motors = last.jacobian
-        step = -linalg.solve(jacobian, by_motors @ (goal - last.motors))
+        step = -linalg.solve(last.jacobian, last.by_motors @ (goal - last.motors))
         last = _levenberg_marquardt(replace(_moved(last, step), motors=goal))
         points.append(last)
     return tuple(points)

@@ -5,19 +5,23 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.joints import RevoluteJoint, Spherical
+from ..description.joints import Joint, RevoluteJoint, Spherical
+from ..description.leg_description import LegDescription
 from ..description.loads import Loads
 from ..description.motors import RevoluteMotor
 from ..errors import InvalidRequest
 from ..model.robot import Robot
-from .shooting_kernel import Shooting, balance
+from .shooting_kernel import Shooting, ShootingState, balance
 from .shooting_method import TABLEAUS, ShootingMethod
 
 __all__ = [
     "balance_rows",
+    "check_leg",
     "check_robot",
     "check_square",
     "force_per_length",
@@ -28,10 +32,28 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 
+class ShootingUnits(NamedTuple):
+    """What lengths [m] and wrenches, (6,) [N m, N], are counted in."""
+
+    length: float
+    wrench: Floats
+
+    def without_dimensions(self, state: ShootingState) -> ShootingState:
+        """A state in SI units as the kernel takes it, in memory of its own."""
+        motors, wrenches, rotation, position = map(np.array, state)
+        return ShootingState(motors, wrenches / self.wrench, rotation, position / self.length)
+
+    def with_dimensions(self, state: ShootingState) -> ShootingState:
+        """A state of the kernel in SI units."""
+        return state._replace(
+            wrenches=self.wrench * state.wrenches, position=self.length * state.position
+        )
+
+
 def shooting_of(
     robot: Robot, loads: Loads, method: ShootingMethod
-) -> tuple[Shooting, tuple[float, Floats]]:
-    """The robot without dimensions, and the units of length and of wrenches (6,)."""
+) -> tuple[Shooting, ShootingUnits]:
+    """The robot without dimensions, and its units."""
     legs = robot.description.legs
     length = robot.mean_length
     stiffness = np.array([leg.rod.rigidities[2] for leg in legs])
@@ -56,7 +78,7 @@ def shooting_of(
         abscissae=nodes.sum(axis=1),
         steps=method.steps,
     )
-    return shooting, (length, np.repeat([moment, force], 3))
+    return shooting, ShootingUnits(length, np.repeat([moment, force], 3))
 
 
 def _motor_axes(robot: Robot) -> Floats:
@@ -127,6 +149,20 @@ def shooting_knows(robot: Robot, loads: Loads) -> bool:
     return True
 
 
+def check_leg(leg: LegDescription, *tip_joints: type[Joint]) -> None:
+    """Whether a leg is one of the paper: turned by a motor, with a joint of some kinds at its tip.
+
+    Raises:
+        InvalidRequest: It is not.
+    """
+    if not isinstance(leg.motor, RevoluteMotor) or leg.drive.motor is None:
+        raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
+    if not isinstance(leg.joint, tip_joints):
+        raise InvalidRequest("robot", f"{leg.name}: expected a tip joint that takes no moment")
+    if not leg.rod.uniform or any(np.any(series) for series in leg.rod.rest_curvature):
+        raise InvalidRequest("robot", f"{leg.name}: expected a uniform rod, straight at rest")
+
+
 def check_robot(robot: Robot, loads: Loads) -> None:
     """Whether the compiled shooting knows robots and loads of this kind.
 
@@ -138,14 +174,7 @@ def check_robot(robot: Robot, loads: Loads) -> None:
     for leg in robot.description.legs:
         if leg.elements is not None:
             raise InvalidRequest("robot", f"{leg.name}: expected a motor and a rod, not a chain")
-        if not (isinstance(leg.motor, RevoluteMotor) and leg.drive.motor is not None):
-            raise InvalidRequest("robot", f"{leg.name}: expected a revolute motor")
-        if not isinstance(leg.joint, Spherical) and not (
-            robot.planar and isinstance(leg.joint, RevoluteJoint)
-        ):
-            raise InvalidRequest("robot", f"{leg.name}: expected a tip joint that takes no moment")
-        if not leg.rod.uniform or any(np.any(series) for series in leg.rod.rest_curvature):
-            raise InvalidRequest("robot", f"{leg.name}: expected a uniform rod, straight at rest")
+        check_leg(leg, RevoluteJoint if robot.planar else Spherical, Spherical)
         bending = leg.rod.rigidities[1:]
         if not robot.planar and abs(bending[0] - bending[1]) > 1e-12 * bending[1]:
             raise InvalidRequest("robot", f"{leg.name}: expected a rod equally stiff to all sides")

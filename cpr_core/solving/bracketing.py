@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -47,6 +48,15 @@ _STEADY, _ROUNDED = 0.5, 1e-12
 #: Arc length before and after an event at which its kind is told: at a fold itself both the direction
 #: and the determinant vanish to rounding.
 ASIDE = 1e-3
+
+
+class _Bracket(NamedTuple):
+    """Two points around a change, and where they are: fractions, or arc lengths."""
+
+    low: Point
+    high: Point
+    first: float
+    last: float
 
 
 def along(path: Path, point: Point, tangent: Tangent, arc: float) -> Point | None:
@@ -94,8 +104,8 @@ def bracket_by_fraction(
     Returns:
         The point before it and the one behind it; None in its place if no solution is near there.
     """
-    low, high, _, last = _narrowed(path.at, low, high, low.fraction, last)
-    found: Point | None = high
+    found: Point | None
+    low, found, _, last = _narrowed(path.at, _Bracket(low, high, low.fraction, last))
     while last - low.fraction > LOCATION:
         middle = 0.5 * (low.fraction + last)
         point = path.at(low, middle)
@@ -131,7 +141,7 @@ def bracket_by_arc_length(
         return along(path, point, tangent, arc)
 
     start = replace(point, tangent=tangent)
-    low, high, first, last = _narrowed(ahead, start, high, 0.0, last)
+    low, high, first, last = _narrowed(ahead, _Bracket(start, high, 0.0, last))
     while last - first > LOCATION:
         middle = 0.5 * (first + last)
         between = along(path, point, tangent, middle)
@@ -155,25 +165,17 @@ def bracket_by_arc_length(
     return low, replace(high, tangent=beyond.tangent, sign=beyond.sign, index=beyond.index), beyond
 
 
-def _narrowed(
-    find: Callable[[Point, float], Point | None],
-    low: Point,
-    high: Point,
-    first: float,
-    last: float,
-) -> tuple[Point, Point, float, float]:
-    """Two points around the first change that is found between two points, and where they are.
+def _narrowed(find: Callable[[Point, float], Point | None], wide: _Bracket) -> _Bracket:
+    """The points around the first change that is found in a bracket, which may be as wide as it was.
 
     Args:
         find: The point at a place, found from one before; None if there is none.
-        low: Point before a change.
-        high: Point behind it.
-        first: Where the point before it is.
-        last: Where the point behind it is.
+        wide: Around a change.
     """
+    low, high, first, last = wide
     value = _signed(low, high)
     if value is None:
-        return low, high, first, last
+        return wide
     known = {first: low, last: high}
 
     def at(place: float) -> float:
@@ -199,7 +201,7 @@ def _narrowed(
     places = sorted(known)
     number = next(k for k, place in enumerate(places) if differ(low, known[place]))
     first, last = places[number - 1], places[number]
-    return known[first], known[last], first, last
+    return _Bracket(known[first], known[last], first, last)
 
 
 class _Lost(Exception):

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from ..model.kinemato_statics import kinemato_statics
 from .continuation import Walk
 from .events import PathEvent
 from .held_walks import HeldWalks, self_motions
-from .objectives import Objective, Probe
+from .objectives import Objective
 from .targets import PoseTarget
 
 __all__ = ["descend"]
@@ -40,9 +40,9 @@ def descend(walks: HeldWalks, start: Equilibrium, pose: PoseTarget, objective: O
     Returns:
         Walk to the best equilibrium, its events at fraction 1; stopped where the time is over.
     """
-    last, events = start, list[PathEvent]()
+    way, last, events = _WayDown(walks, pose, objective), start, list[PathEvent]()
     directions = self_motions(kinemato_statics(last))
-    slope = objective.slope(last, directions, _probe(walks, last, directions, pose))
+    slope = way.slope(last, directions)
     curvature = _whole(objective.curvature(last, directions), directions)
     for _ in range(_MOST_STEPS):
         change = -np.linalg.solve(directions.T @ curvature @ directions, slope)
@@ -50,7 +50,7 @@ def descend(walks: HeldWalks, start: Equilibrium, pose: PoseTarget, objective: O
         if length < objective.tolerance:
             break
         shortened = np.asarray(change * min(1.0, _LONGEST_STEP / length))
-        walk = _lower(walks, last, directions, pose, objective, shortened, float(slope @ shortened))
+        walk = way.step(last, directions, shortened, float(slope @ shortened))
         if walk is None:
             break
         events += [replace(event, fraction=1.0) for event in walk.events]
@@ -59,46 +59,53 @@ def descend(walks: HeldWalks, start: Equilibrium, pose: PoseTarget, objective: O
         moved = (walk.last.motors - last.motors) / last.robot.motor_units
         before = directions @ slope
         last, directions = walk.last, self_motions(kinemato_statics(walk.last))
-        slope = objective.slope(last, directions, _probe(walks, last, directions, pose))
+        slope = way.slope(last, directions)
         curvature = _learnt(curvature, moved, directions @ slope - before)
     return Walk(last, tuple(events))
 
 
-def _lower(
-    walks: HeldWalks,
-    last: Equilibrium,
-    directions: Floats,
-    pose: PoseTarget,
-    objective: Objective,
-    change: Floats,
-    expected: float,
-) -> Walk | None:
-    """A step along the null space, as short as it takes to lower the objective.
+@dataclass(frozen=True, eq=False)
+class _WayDown:
+    """An objective at a pose, and how to walk along its null space, whose columns are (n, k)."""
 
-    Returns:
-        None where none does; a walk that was stopped where the time is over.
-    """
-    value, factor = objective.value(last), 1.0
-    rounding = 1e-14 * (1.0 + abs(value))
-    while factor * float(np.linalg.norm(change)) >= objective.tolerance:
-        walk = walks.step(last, directions, pose, factor * directions @ change)
-        if walk.stopped is None:
-            if objective.value(walk.last) <= value + 0.1 * factor * expected + rounding:
+    walks: HeldWalks
+    pose: PoseTarget
+    objective: Objective
+
+    def slope(self, last: Equilibrium, directions: Floats) -> Floats:
+        """Slope of the objective along the directions, (k,)."""
+
+        def probe(change: Floats) -> Equilibrium | None:
+            walk = self.walks.step(last, directions, self.pose, change)
+            return walk.last if walk.arrived else None
+
+        return self.objective.slope(last, directions, probe)
+
+    def step(
+        self, last: Equilibrium, directions: Floats, change: Floats, expected: float
+    ) -> Walk | None:
+        """A step by a change along the directions, as short as it takes to lower the objective.
+
+        Args:
+            last: Where it begins.
+            directions: Of the null space there.
+            change: The whole step, (k,).
+            expected: What the whole step would change the objective by, to first order.
+
+        Returns:
+            None where none lowers it; a walk that was stopped where the time is over.
+        """
+        value, factor = self.objective.value(last), 1.0
+        rounding = 1e-14 * (1.0 + abs(value))
+        while factor * float(np.linalg.norm(change)) >= self.objective.tolerance:
+            walk = self.walks.step(last, directions, self.pose, factor * directions @ change)
+            if walk.stopped is None:
+                if self.objective.value(walk.last) <= value + 0.1 * factor * expected + rounding:
+                    return walk
+            elif walk.stopped.kind == "time_limit":
                 return walk
-        elif walk.stopped.kind == "time_limit":
-            return walk
-        factor *= 0.5
-    return None
-
-
-def _probe(walks: HeldWalks, last: Equilibrium, directions: Floats, pose: PoseTarget) -> Probe:
-    """Finds equilibria at the pose beside the last one."""
-
-    def probe(change: Floats) -> Equilibrium | None:
-        walk = walks.step(last, directions, pose, change)
-        return walk.last if walk.arrived else None
-
-    return probe
+            factor *= 0.5
+        return None
 
 
 def _whole(curvature: Floats, directions: Floats) -> Floats:

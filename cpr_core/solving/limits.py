@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-MotorLimit = Literal["motor_limit", "effort_limit"]
+LimitKind = Literal["motor_limit", "effort_limit", "strain_limit"]
 
 _NONE = np.zeros(0)
 
@@ -48,7 +48,7 @@ class Limit(NamedTuple):
         end: At which end of a range; of strains there is only the upper one.
     """
 
-    kind: Literal["motor_limit", "effort_limit", "strain_limit"]
+    kind: LimitKind
     number: int
     end: Literal["lower", "upper"]
 
@@ -60,7 +60,7 @@ def limits_of(robot: Robot) -> tuple[Limit, ...]:
     for motor, of_effort, upper in zip(
         limits.motors.tolist(), limits.of_effort, limits.upper, strict=True
     ):
-        kind: MotorLimit = "effort_limit" if of_effort else "motor_limit"
+        kind: LimitKind = "effort_limit" if of_effort else "motor_limit"
         found.append(Limit(kind, motor, "upper" if upper else "lower"))
     return (*found, *(Limit("strain_limit", number, "upper") for number in rods.tolist()))
 
@@ -144,22 +144,26 @@ def limit_error(
         event: The same as an event of a path.
         requested: Motor positions that were asked for, if they were.
     """
-    robot, last = equilibrium.robot, event.equilibrium if event else equilibrium
+    robot, last, number = (
+        equilibrium.robot,
+        event.equilibrium if event else equilibrium,
+        limit.number,
+    )
     if limit.kind == "strain_limit":
-        value = float(bending_strains(equilibrium)[limit.number])
-        name, borne = robot.rod_names[limit.number], float(robot.strain_limits[limit.number])
-        return StrainLimitExceeded(name, value, borne, fraction, last, event)
-    motor = robot.description.motors[limit.number]
-    name, limits = motor.name, motor.limits
+        strain, borne = bending_strains(equilibrium)[number], robot.strain_limits[number]
+        name = robot.rod_names[number]
+        return StrainLimitExceeded(name, float(strain), float(borne), fraction, last, event)
+    motor = robot.description.motors[number]
+    quantity, unit, doubt = "effort", motor.effort_unit, ""
+    value, interval = equilibrium.efforts[number], (-motor.limits.effort, motor.limits.effort)
     if limit.kind == "motor_limit":
-        motors = equilibrium.motors if requested is None else requested
-        value, interval = float(motors[limit.number]), (limits.lower, limits.upper)
-        position = "position", value, interval, motor.unit
+        quantity, unit = "position", motor.unit
+        value = (equilibrium.motors if requested is None else requested)[number]
+        interval = motor.limits.lower, motor.limits.upper
         doubt = request_doubt(robot.description, requested, None)
-        return MotorLimitExceeded(name, *position, fraction, last, event, doubt)
-    value, interval = float(equilibrium.efforts[limit.number]), (-limits.effort, limits.effort)
-    effort = "effort", value, interval, motor.effort_unit
-    return MotorLimitExceeded(name, *effort, fraction, last, event)
+    return MotorLimitExceeded(
+        motor.name, quantity, float(value), interval, unit, fraction, last, event, doubt
+    )
 
 
 def check_limits(equilibrium: Equilibrium) -> None:

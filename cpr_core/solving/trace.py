@@ -188,9 +188,19 @@ def trace(
                 "past_folds",
                 "expected none: equilibria of a redundant robot at a pose are more than a curve",
             )
-        return _redundant_trace(
-            start, target, loads, fractions, objective, stable_only, time_limit, progress
-        )
+        deadline = Deadline(time_limit)
+
+        def walk_on(last: Equilibrium, fraction: float) -> Walk:
+            return walk_to(
+                last,
+                pose_between(start, target, fraction),
+                loads if fraction == 1.0 else start.loads.toward(loads, fraction),
+                objective=objective_of(last, "pose", objective),
+                stable_only=stable_only,
+                time_limit=deadline.left,
+            )
+
+        return _trace_of_walks(start, fractions, walk_on, progress)
     walk = follow(
         start,
         target,
@@ -205,29 +215,17 @@ def trace(
     return _trace_of(robot, walk)
 
 
-def _redundant_trace(
+def _trace_of_walks(
     start: Equilibrium,
-    target: PoseTarget,
-    loads: Loads,
     fractions: Floats,
-    objective: str | None,
-    stable_only: bool,
-    time_limit: float | None,
+    walk_on: Callable[[Equilibrium, float], Walk],
     progress: Callable[[float], None] | None,
 ) -> Trace:
-    """From one equilibrium kept to the next; eight numbers of one question, passed on."""
-    deadline = Deadline(time_limit)
+    """Walks from one equilibrium kept to the next: ``walk_on`` goes from the last to a fraction."""
     found, events = [start], list[PathEvent]()
     stopped = None
     for before, fraction in itertools.pairwise(fractions.tolist()):
-        walk = walk_to(
-            found[-1],
-            pose_between(start, target, fraction),
-            loads if fraction == 1.0 else start.loads.toward(loads, fraction),
-            objective=objective_of(found[-1], "pose", objective),
-            stable_only=stable_only,
-            time_limit=deadline.left,
-        )
+        walk = walk_on(found[-1], fraction)
         way = fraction - before
         events += [replace(event, fraction=before + way * event.fraction) for event in walk.events]
         if walk.stopped is not None:

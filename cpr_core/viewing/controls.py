@@ -15,6 +15,7 @@ from ..rods.rod import MOST_MODES
 from ..solving.requests import pose_meaning
 from .handled_robot import HandledRobot
 from .motor_sliders import MotorSliders
+from .sent import send_new
 from .typed import numbers_as_text, typed_numbers
 
 if TYPE_CHECKING:
@@ -57,8 +58,7 @@ class Controls:
         current, refused = handled.equilibrium, handled.refused
         waits = refused is not None and refused.asked is not None
         self._sliders.show(current.motors.tolist(), self._held if waits else None)
-        if self._gravity.value != handled.has_gravity:
-            self._gravity.value = handled.has_gravity
+        send_new(self._gravity, value=handled.has_gravity)
         if handled.robot is not self._shown_robot:
             self._show_modes(handled)
 
@@ -72,7 +72,7 @@ class Controls:
             self._sliders.done(number, position)
             return handled.move_motor(number, position)
 
-        self._do(handled_name(number), move)
+        self._do(f"motor {number}", move)
 
     def _typed_beside(self, motor: str) -> None:
         words = "expected numbers in the field `numbers`: the box beside a slider only shows one"
@@ -168,8 +168,3 @@ def _modes_as_text(robot: Robot) -> str:
     if len(single) == 1:
         return str(*single)
     return "; ".join(" ".join(map(str, rod)) for rod in sorted(counts))
-
-
-def handled_name(number: int) -> str:
-    """Name of the requests of a slider."""
-    return f"motor {number}"

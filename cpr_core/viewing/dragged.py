@@ -16,7 +16,7 @@ from ..description.controlled_coordinates import CONTROLLED_COORDINATES
 from ..kernels.twist_layout import LINEAR
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
-from .exact_place import put
+from .sent import put, send_new
 
 if TYPE_CHECKING:
     import viser
@@ -158,13 +158,10 @@ class ForceArrow:
             self._origin = equilibrium.platform_position + self._anchor
         tip = self._origin + force / self._unit
         shown = bool(force.any())
-        if self._arrow.visible != shown:
-            self._arrow.visible = shown
+        send_new(self._arrow, visible=shown)
         if shown:
             self._arrow.points = np.array([[self._origin, tip]], np.float32)
-        text = f"force {np.linalg.norm(force):.3g} N"
-        if self._label.text != text:
-            self._label.text = text
+        send_new(self._label, text=f"force {np.linalg.norm(force):.3g} N")
         self._label.position = tip
         if not self._grip.held:
             put(self._tip, tip)

@@ -112,9 +112,10 @@ class HandledRobot:
         def solve() -> Equilibrium:
             return solve_forward(self.robot, motors, **self._from_current())
 
-        return self._ask(
-            hand, solve, lambda: Asked(motors=_numbers(motors, self.robot.motor_count))
-        )
+        def asked() -> Asked:
+            return Asked(motors=checked_vector("motors", motors, self.robot.motor_count))
+
+        return self._ask(hand, solve, asked)
 
     def move_motor(self, number: int, position: float) -> bool:
         """Move one motor, the others stay."""
@@ -141,7 +142,7 @@ class HandledRobot:
             rotation = rotation_from_quaternion(quaternion)
             place = checked_vector("platform", position, 3, "x y z, m")
         except CprError as error:
-            return self._refuse(error, None)
+            return self.refuse(error)
         controlled = self.robot.description.controlled
         pose = pose_of(controlled, place, rotation, lambda: quaternion_from_rotation(rotation))
         return self.move_pose(pose, "platform")
@@ -162,7 +163,7 @@ class HandledRobot:
         try:
             new = checked_vector("force", force, 3, "x y z, N")
         except CprError as error:
-            return self._refuse(error, None)
+            return self.refuse(error)
         loads = self.equilibrium.loads
         wrench = np.concatenate([loads.wrench_world[ANGULAR], new])
         return self.load(loads.with_(wrench_world=wrench), hand)
@@ -228,7 +229,7 @@ class HandledRobot:
             robot = Robot(self.robot.description.with_modes(modes))
             found = solve_forward(robot, current.motors, loads=current.loads, time_limit=10.0)
         except CprError as error:
-            return self._refuse(error, None)
+            return self.refuse(error)
         apart = np.linalg.norm(found.platform_position - current.platform_position)
         if apart > _SAME * robot.mean_length:
             words = (
@@ -255,10 +256,6 @@ class HandledRobot:
         """What comes next is another gesture, whoever's it is."""
         self._last = -np.inf
 
-    def refuse(self, error: CprError) -> None:
-        """Say what is wrong with a request that did not get as far as being one."""
-        self._refuse(error, None)
-
     def _from_current(self) -> dict:
         current = self.equilibrium
         return {"start": current, "stable_only": current.stable, "time_limit": _TIME_LIMIT}
@@ -274,14 +271,15 @@ class HandledRobot:
             if last is not None and last is not self.equilibrium:
                 self._remember(hand)
                 self.equilibrium = last
-            return self._refuse(error, asked())
+            return self.refuse(error, asked())
         except CprError as error:  # numbers that mean nothing, or no inverse problem
-            return self._refuse(error, None)
+            return self.refuse(error)
         self._remember(hand)
         self.equilibrium, self.refused, self.words = found, None, ""
         return True
 
-    def _refuse(self, error: CprError, asked: Asked | None) -> bool:
+    def refuse(self, error: CprError, asked: Asked | None = None) -> bool:
+        """Say what is wrong with a request, None: one that did not get as far as being one; false."""
         event = error.event if isinstance(error, NotReached) else None
         kind = event.kind if event is not None else error.code.lower()
         words = str(error)
@@ -300,7 +298,3 @@ class HandledRobot:
     def _pose_meant(self, pose: ArrayLike) -> Pose:
         position, rotation = split_pose(self.equilibrium, pose)
         return Pose(rotation, position)
-
-
-def _numbers(values: ArrayLike, count: int) -> Floats:
-    return checked_vector("motors", values, count)

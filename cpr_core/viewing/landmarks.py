@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..drawing.robot_lines import platform_outline
 from ..lie import quaternion_from_rotation
 from ..model.robot import Robot
-from .exact_place import put
+from .sent import put
 
 if TYPE_CHECKING:
     import viser

@@ -14,6 +14,7 @@ from ..workspace.stored_values import robot_as_json
 from .controls import Do
 from .handled_robot import HandledRobot
 from .map_layer import MapLayer, go_to_cell, read_layer
+from .sent import send_new
 from .status_panel import as_plain
 
 if TYPE_CHECKING:
@@ -89,10 +90,8 @@ class MapTab:
             else self._told
         )
         visible = self._shown.value and not other
-        if self._cloud.visible != visible:
-            self._cloud.visible = visible
-        if self._text.content != text:
-            self._text.content = text
+        send_new(self._cloud, visible=visible)
+        send_new(self._text, content=text)
 
     def _open_bytes(self, handled: HandledRobot, name: str, content: bytes) -> None:
         with tempfile.TemporaryDirectory() as folder:

@@ -29,6 +29,7 @@ from .map_tab import MapTab
 from .record_tab import RecordTab
 from .refused import ghost_lines
 from .robot_scene import RobotScene
+from .sent import send_new
 from .server import address_of, close_server, open_server
 from .status_panel import BarsPanel, status_text
 from .way_tab import WayTab
@@ -173,8 +174,7 @@ class Page:
             self._force.show(current)
             self._controls.show(handled)
             self._maps.show(handled)
-            if self._status.content != text:
-                self._status.content = text
+            send_new(self._status, content=text)
         rest = self._numbers_drawn + _NUMBERS_EVERY - time.monotonic()
         self._mailbox.ask("numbers", self._draw_numbers, max(0.0, rest))
 

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from ..lie import quaternion_from_rotation
 from ..version import __version__
+from ..workspace.stored_values import plain_values
 from .bars import bars
 from .handled_robot import HandledRobot
+from .refused import Asked
 
 __all__ = ["as_gif", "as_yaml", "screen"]
 
@@ -24,7 +26,6 @@ __all__ = ["as_gif", "as_yaml", "screen"]
 def screen(handled: HandledRobot) -> dict[str, Any]:
     """What is on screen as plain values, SI units."""
     current, refused = handled.equilibrium, handled.refused
-    asked = None if refused is None else refused.asked
     shown: dict[str, Any] = {
         "cpr": __version__,
         "robot": current.robot.description.name,
@@ -43,14 +44,15 @@ def screen(handled: HandledRobot) -> dict[str, Any]:
         "measures": {bar.name: float(bar.value) for bar in bars(current)},
     }
     if refused is not None:
+        asked = refused.asked or Asked()
         shown["refused"] = {"kind": refused.kind, "reason": refused.reason}
-        if asked is not None and asked.motors is not None:
+        if asked.motors is not None:
             shown["refused"]["motors"] = asked.motors.tolist()
-        if asked is not None and asked.platform is not None:
+        if asked.platform is not None:
             quaternion = quaternion_from_rotation(asked.platform.rotation)
             shown["refused"]["position"] = asked.platform.position.tolist()
             shown["refused"]["quaternion_wxyz"] = quaternion.tolist()
-        if asked is not None and asked.loads is not None:
+        if asked.loads is not None:
             shown["refused"]["gravity"] = asked.loads.gravity.tolist()
             shown["refused"]["wrench_world"] = asked.loads.wrench_world.tolist()
     return shown
@@ -58,7 +60,7 @@ def screen(handled: HandledRobot) -> dict[str, Any]:
 
 def as_yaml(handled: HandledRobot) -> str:
     """The same as YAML; numbers are exact."""
-    return yaml.safe_dump(_plain(screen(handled)), sort_keys=False, allow_unicode=True)
+    return yaml.safe_dump(plain_values(screen(handled)), sort_keys=False, allow_unicode=True)
 
 
 def as_gif(frames: Sequence[NDArray[np.uint8]], rate: float) -> bytes:
@@ -84,12 +86,3 @@ def as_gif(frames: Sequence[NDArray[np.uint8]], rate: float) -> bytes:
         optimize=True,
     )
     return file.getvalue()
-
-
-def _plain(value: Any) -> Any:
-    """Numbers of numpy as those of Python."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value.item() if isinstance(value, np.generic) else value

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..drawing.robot_lines import RobotLines, segments
+from .sent import send_new
 
 if TYPE_CHECKING:
     import viser
@@ -35,8 +36,8 @@ class LineNode:
     def show(self, pieces: Floats, colors: ArrayLike) -> None:
         """Draw pieces (N, 2, 3), all of one colour (3,), or with one at every end (N, 2, 3)."""
         if not len(pieces):
-            if self._handle is not None and self._handle.visible:
-                self._handle.visible = False
+            if self._handle is not None:
+                send_new(self._handle, visible=False)
             return
         shades = (255.0 * np.clip(colors, 0.0, 1.0)).astype(np.uint8)
         if self._handle is None or len(pieces) != self._count:
@@ -46,13 +47,9 @@ class LineNode:
             self._count = len(pieces)
             return
         self._handle.points = pieces.astype(np.float32)
-        if shades.shape == self._handle.colors.shape or shades.ndim == 3:
-            if not np.array_equal(shades, self._handle.colors):
-                self._handle.colors = shades
-        else:
+        if not np.array_equal(shades, self._handle.colors):
             self._handle.colors = shades
-        if not self._handle.visible:
-            self._handle.visible = True
+        send_new(self._handle, visible=True)
 
 
 class RobotScene:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from .bars import Bar
 from .handled_robot import HandledRobot
+from .sent import send_new
 
 if TYPE_CHECKING:
     import viser
@@ -64,9 +65,7 @@ class BarsPanel:
             text = f"{name}: none" if bar is None else as_plain(bar.text)
             value = 100.0 if bar is None else 100.0 * bar.filled
             color = "gray" if bar is None else _COLORS[bar.level]
-            if label.content != text:
-                label.content = text
+            send_new(label, content=text)
             if not math.isclose(filled.value, value, abs_tol=0.05):
                 filled.value = value  # type: ignore[misc]
-            if filled.color != color:
-                filled.color = color  # type: ignore[assignment]
+            send_new(filled, color=color)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from typing import TypeVar
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +24,14 @@ from .workspace_map import CellArrays
 __all__ = [
     "EIGENVALUES",
     "Cancelled",
+    "Crew",
     "Task",
     "Ways",
     "analyses_and_arrivals",
     "analyses_of",
     "arrivals_of",
+    "cell_rows",
     "cells_at",
-    "in_pieces",
     "joined",
     "no_guesses",
 ]
@@ -82,39 +84,53 @@ def arrivals_of(problem: CellProblem, cells: Cells, ways: Ways) -> Arrivals:
     return arrivals
 
 
-def in_pieces(
-    executor: Executor | None,
-    task: Task[Result],
-    problem: CellProblem,
-    cells: Cells,
-    ways: Ways,
-    cancelled: Callable[[], bool] | None = None,
-) -> Iterator[Result]:
-    """Results of a task for consecutive pieces of a batch, in order; without executor one after another.
+@dataclass(frozen=True)
+class Crew:
+    """Who does tasks, and who may stop them.
 
-    Raises:
-        Cancelled: ``cancelled`` said so; what had not begun is not done.
+    Attributes:
+        executor: Where they run; None: here, one after another.
+        cancelled: Whether to stop, asked several times a second; None: never.
     """
-    count = len(cells.state)
-    length = max(_SMALLEST_PIECE, -(-count // _PIECES))
-    pieces = [_piece(cells, ways, first, first + length) for first in range(0, count, length)]
-    if executor is None:
-        for piece in pieces:
-            if cancelled is not None and cancelled():
-                raise Cancelled
-            yield task(problem, *piece)
-        return
-    waiting: list[Future[Result]] = [executor.submit(task, problem, *piece) for piece in pieces]
-    try:
-        for future in waiting:
-            while cancelled is not None and not future.done():
-                if cancelled():
-                    raise Cancelled
-                _wait(future)
-            yield future.result()
-    finally:
-        for future in waiting:
-            future.cancel()
+
+    executor: Executor | None = None
+    cancelled: Callable[[], bool] | None = None
+
+    def check(self) -> None:
+        """Go on unless it is to be stopped.
+
+        Raises:
+            Cancelled: It is.
+        """
+        if self.cancelled is not None and self.cancelled():
+            raise Cancelled
+
+    def results(
+        self, task: Task[Result], problem: CellProblem, cells: Cells, ways: Ways
+    ) -> Iterator[Result]:
+        """Results of a task for consecutive pieces of a batch, in order.
+
+        Raises:
+            Cancelled: It is to be stopped; what had not begun is not done.
+        """
+        count = len(cells.state)
+        length = max(_SMALLEST_PIECE, -(-count // _PIECES))
+        pieces = [_piece(cells, ways, first, first + length) for first in range(0, count, length)]
+        if self.executor is None:
+            for piece in pieces:
+                self.check()
+                yield task(problem, *piece)
+            return
+        waiting = [self.executor.submit(task, problem, *piece) for piece in pieces]
+        try:
+            for future in waiting:
+                while self.cancelled is not None and not future.done():
+                    self.check()
+                    _wait(future)
+                yield future.result()
+        finally:
+            for future in waiting:
+                future.cancel()
 
 
 def cells_at(grid: Grid, known: CellArrays, numbers: Integers) -> Cells:
@@ -126,6 +142,11 @@ def cells_at(grid: Grid, known: CellArrays, numbers: Integers) -> Cells:
         known.position[numbers],
         known.signs[numbers],
     )
+
+
+def cell_rows(cells: Cells, which: Any) -> Cells:
+    """Some of the cells, by their numbers, by flags, or a slice."""
+    return Cells(*(values[which] for values in cells))
 
 
 def no_guesses(count: int, size: int) -> Floats:
@@ -149,17 +170,6 @@ def _wait(future: Future[Result]) -> None:
 def _piece(cells: Cells, ways: Ways, first: int, last: int) -> tuple[Cells, Ways]:
     """Some of the cells, and the ways that start there; the ways are in the order of their cells."""
     begin, end = np.searchsorted(ways.origin, [first, last])
-    part = Cells(
-        cells.coordinates[first:last],
-        cells.state[first:last],
-        cells.rotation[first:last],
-        cells.position[first:last],
-        cells.signs[first:last],
-    )
-    return part, Ways(
-        ways.origin[begin:end] - first,
-        ways.targets[begin:end],
-        ways.longest[begin:end],
-        ways.smallest[begin:end],
-        ways.guesses[begin:end],
-    )
+    which: Any = slice(begin, end)
+    some = Ways(*(values[which] for values in ways))
+    return cell_rows(cells, slice(first, last)), some._replace(origin=some.origin - first)

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,12 +24,11 @@ from ..solving.redundant_walk import walk_to
 from .batch_kernel import Analyses, Arrivals, Ways
 from .batches import (
     EIGENVALUES,
-    Cancelled,
+    Crew,
     Task,
     analyses_and_arrivals,
     arrivals_of,
     cells_at,
-    in_pieces,
     joined,
     no_guesses,
 )
@@ -131,7 +128,7 @@ class Flood:
         """How far this is."""
         return Progress(self.done, self.reached, self.grid.size)
 
-    def take(self, found: WorkspaceMap, cancelled: Callable[[], bool] | None) -> None:
+    def take(self, found: WorkspaceMap, crew: Crew) -> None:
         """Go on with an unfinished map.
 
         Raises:
@@ -148,8 +145,7 @@ class Flood:
         start = replace(self.start, robot=self.free)
         near = reached_cells_near(self.grid, place_of(start, self.grid), found.reached)
         for cell in list(dict.fromkeys([found.first, *near]))[:_LOOKED_FOR]:
-            if cancelled is not None and cancelled():
-                raise Cancelled
+            crew.check()
             if self._is_found_again(start, cell):
                 return
         problem = "expected a start that leads to a cell of it as it was found: another branch?"
@@ -191,29 +187,23 @@ class Flood:
             event,
         )
 
-    def leave_some(self, executor: Executor | None, cancelled: Callable[[], bool] | None) -> None:
+    def leave_some(self, crew: Crew) -> None:
         """Analyse the next cells and go from them to all neighbours not tried yet."""
         batch = self.queue[self.done : self.done + _BATCH]
         neighbours = self.grid.neighbours[batch]
         wanted = (neighbours >= 0) & (self.cells.edges[batch] == EdgeState.UNTRIED)
         origin, column = np.nonzero(wanted)
         target = neighbours[origin, column]
-        ways = Ways(
-            origin=origin,
-            targets=self.grid.kernel_coordinates(self.grid.places(target)),
-            longest=self.longest[column // 2],
-            smallest=self.smallest[column // 2],
-            guesses=self._guesses(batch, origin, column, target),
-        )
+        ways = self._ways(origin, column, target, self._guesses(batch, origin, column, target))
         cells = cells_at(self.grid, self.cells, batch)
-        pieces = in_pieces(executor, self.leave, self.problem, cells, ways, cancelled)
+        pieces = crew.results(self.leave, self.problem, cells, ways)
         analyses, arrivals = zip(*pieces, strict=True)
         self.cells.eigenvalues[batch] = np.concatenate([part.eigenvalues for part in analyses])
         self.cells.measures[batch] = np.concatenate([part.measures for part in analyses])
         self._arrive(batch[origin], column, target, joined(list(arrivals)))
         self.done += len(batch)
 
-    def follow_again(self, executor: Executor | None, cancelled: Callable[[], bool] | None) -> None:
+    def follow_again(self, crew: Crew) -> None:
         """Follow the branch again to where it ends, in steps as small as the tolerance asks.
 
         A map from a file may have been explored, as a whole or in part, in steps for a coarser one. What
@@ -226,20 +216,24 @@ class Flood:
             source, column = sources[first : first + _BATCH], columns[first : first + _BATCH]
             batch, origin = np.unique(source, return_inverse=True)
             target = self.grid.neighbours[source, column]
-            ways = Ways(
-                origin=origin,
-                targets=self.grid.kernel_coordinates(self.grid.places(target)),
-                longest=self.longest[column // 2],
-                smallest=self.smallest[column // 2],
-                # Without guesses, which were of no use: with equal steps the ends are the same.
-                guesses=no_guesses(len(origin), self.cells.state.shape[1]),
-            )
+            # Guesses would be of no use: with equal steps the ends are the same.
+            guesses = no_guesses(len(origin), self.cells.state.shape[1])
+            ways = self._ways(origin, column, target, guesses)
             cells = cells_at(self.grid, self.cells, batch)
-            pieces = in_pieces(executor, self.arrive, self.problem, cells, ways, cancelled)
-            arrivals = joined(list(pieces))
+            arrivals = joined(list(crew.results(self.arrive, self.problem, cells, ways)))
             known = self.cells.edge_fraction[source, column]
             farthest = np.maximum(arrivals.fraction, known)
             self._arrive(source, column, target, arrivals._replace(fraction=farthest))
+
+    def _ways(self, origin: Integers, column: Integers, target: Integers, guesses: Floats) -> Ways:
+        """Ways from cells of a batch, by their numbers in it, to neighbours by the columns of these."""
+        return Ways(
+            origin=origin,
+            targets=self.grid.kernel_coordinates(self.grid.places(target)),
+            longest=self.longest[column // 2],
+            smallest=self.smallest[column // 2],
+            guesses=guesses,
+        )
 
     def _guesses(
         self, batch: Integers, origin: Integers, column: Integers, target: Integers

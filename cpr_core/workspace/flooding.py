@@ -18,7 +18,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.geometrico_statics import checked_start
 from ..validation import checked_count, checked_number, checked_time
-from .batches import Cancelled
+from .batches import Cancelled, Crew
 from .flood import Flood, Progress
 from .grid import Grid, check_grid
 from .refinement import refined_borders
@@ -97,7 +97,7 @@ def map_workspace(
 
         file = Path(file)
         try:
-            known = _taken_from(file, flood, resume, cancelled)
+            known = _taken_from(file, flood, resume, Crew(cancelled=cancelled))
         except Cancelled:
             return flood.as_map()
         if known is not None and flood.reached and known.complete and known.refined(tolerance):
@@ -108,15 +108,15 @@ def map_workspace(
 
     threads = executor is None and workers != 0
     own = ThreadPoolExecutor(workers or os.cpu_count()) if threads else None
-    pool = executor if executor is not None else own
+    crew = Crew(executor if executor is not None else own, cancelled)
     with own if own is not None else nullcontext():
         try:
             if progress is not None and flood.done < flood.reached:
                 progress(flood.progress)
             if flood.done and not flood.as_map().refined(tolerance):
-                flood.follow_again(pool, cancelled)
+                flood.follow_again(crew)
             while flood.done < flood.reached:
-                flood.leave_some(pool, cancelled)
+                flood.leave_some(crew)
                 if progress is not None:
                     progress(flood.progress)
                 if file is not None and time.monotonic() - saved > checkpoint_every:
@@ -124,9 +124,7 @@ def map_workspace(
                     saved = time.monotonic()
             found = flood.as_map()
             if not found.refined(tolerance):
-                borders = refined_borders(
-                    found, flood.problem, tolerance, pool, cancelled, flood.arrive
-                )
+                borders = refined_borders(found, flood.problem, tolerance, crew, flood.arrive)
                 found = found.with_borders(borders, tolerance)
         except Cancelled:
             found = flood.as_map()
@@ -135,9 +133,7 @@ def map_workspace(
     return found
 
 
-def _taken_from(
-    file: Path, flood: Flood, resume: bool, cancelled: Callable[[], bool] | None
-) -> WorkspaceMap | None:
+def _taken_from(file: Path, flood: Flood, resume: bool, crew: Crew) -> WorkspaceMap | None:
     """Go on with the map of a file; returns it, or None where a new one is to be made.
 
     Raises:
@@ -152,5 +148,5 @@ def _taken_from(
         check_replaceable(file)
         return None
     known = read_flood(file, flood.robot, flood.loads, flood.grid, flood.objective)
-    flood.take(known, cancelled)
+    flood.take(known, crew)
     return known

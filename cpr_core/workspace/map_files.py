@@ -31,48 +31,15 @@ __all__ = [
 _LONGEST_NAME = 255
 #: Largest variable of such a file.
 _MOST_BYTES = 2**31 - 1
-
-
 #: Names that a file has of its own, dimensions and variables: no axis may be called like them.
-OWN_NAMES = frozenset(
-    [
-        "axis",
-        "column",
-        "eigenvalue",
-        "end",
-        "entry",
-        "limit",
-        "motor",
-        "rod",
-        "row",
-        "side",
-        "way",
-        "xyz",
-        "bending_strain",
-        "branch_sign",
-        "edge_fraction",
-        "edges",
-        "efforts",
-        "eigenvalues_locked",
-        "energy",
-        "forward_margin",
-        "index_free",
-        "index_locked",
-        "inverse_condition_number",
-        "inverse_margin",
-        "inverse_side",
-        "largest_eigenvalue_size",
-        "limit_margin",
-        "motors",
-        "order",
-        "platform_position",
-        "platform_rotation",
-        "smallest_eigenvalue_size",
-        "state",
-        "usable",
-        "within_limits",
-    ]
-)
+_DIMENSIONS = "axis column eigenvalue end entry limit motor rod row side way xyz"
+_VARIABLES = """
+bending_strain branch_sign edge_fraction edges efforts eigenvalues_locked energy forward_margin
+index_free index_locked inverse_condition_number inverse_margin inverse_side largest_eigenvalue_size
+limit_margin motors order platform_position platform_rotation smallest_eigenvalue_size state usable
+within_limits
+"""
+OWN_NAMES = frozenset(f"{_DIMENSIONS} {_VARIABLES}".split())
 _OF_BORDERS = ("after", "before", "cells", "point", "points", "segment", "segments")
 
 

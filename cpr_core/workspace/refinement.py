@@ -6,9 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Executor
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +15,7 @@ from ..kernels.limit_kernel import ROUNDING
 from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
 from ..model.configurations import configuration_rows
 from .batch_kernel import Arrivals, Cells, Ways
-from .batches import Task, arrivals_of, cells_at, in_pieces, joined
+from .batches import Crew, Task, arrivals_of, cell_rows, cells_at, joined
 from .borders import Border, BorderKind
 from .cell_problem import CellProblem
 from .grid import Grid
@@ -30,7 +28,6 @@ __all__ = ["ends_of_branches", "refined_borders"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-Cancel = Callable[[], bool] | None
 
 #: Crossings of one kind on the way between two neighbours at most.
 _MOST_CROSSINGS = 4
@@ -42,8 +39,7 @@ def refined_borders(
     found: WorkspaceMap,
     problem: CellProblem,
     tolerance: float,
-    executor: Executor | None,
-    cancelled: Cancel = None,
+    crew: Crew,
     arrive: Task[Arrivals] = arrivals_of,
 ) -> tuple[Border, ...]:
     """All borders of a map.
@@ -52,17 +48,16 @@ def refined_borders(
         found: The map, complete.
         problem: What it was solved for.
         tolerance: Largest error of a point, in units of the axes.
-        executor: Where batches run.
-        cancelled: Whether to stop.
+        crew: Who goes there.
         arrive: How to go from cells to places between them.
 
     Raises:
-        Cancelled: It said so.
+        Cancelled: It was stopped.
     """
     kinds: list[BorderKind] = ["stability", "stability_free"]
     if found.limit_names:
         kinds.append("limits")
-    solve = partial(_solved_at, problem, executor, cancelled, arrive)
+    solve = partial(_solved_at, problem, crew, arrive)
     borders = [_by_bisection(found, kind, tolerance, solve) for kind in kinds]
     return (*borders, _singular(found))
 
@@ -125,7 +120,7 @@ def _by_bisection(
         before.append(first)
         after.append(beyond)
         more = beyond != values[neighbour]
-        near = _rows(far, more)
+        near = cell_rows(far, more)
         first, low = beyond[more], high[more]
         cell, neighbour = cell[more], neighbour[more]
         far = cells_at(grid, cells, neighbour)
@@ -158,11 +153,6 @@ def _between(found: WorkspaceMap, cell: Integers, neighbour: Integers, fraction:
     return first + fraction[:, None] * (last - first)
 
 
-def _rows(batch: Cells, which: NDArray[Any]) -> Cells:
-    """Some rows of a batch, by their numbers or by flags."""
-    return Cells(*(array[which] for array in batch))
-
-
 def _chosen(which: NDArray[np.bool_], batch: Cells, other_batch: Cells) -> Cells:
     """Rows of one batch where it is chosen, of another elsewhere."""
     return Cells(
@@ -175,8 +165,7 @@ def _chosen(which: NDArray[np.bool_], batch: Cells, other_batch: Cells) -> Cells
 
 def _solved_at(
     problem: CellProblem,
-    executor: Executor | None,
-    cancelled: Cancel,
+    crew: Crew,
     arrive: Task[Arrivals],
     near: Cells,
     far: Cells,
@@ -202,12 +191,12 @@ def _solved_at(
             smallest=np.full(count, 1e-3),
             guesses=guesses,
         )
-        return joined(list(in_pieces(executor, arrive, problem, start, ways, cancelled)))
+        return joined(list(crew.results(arrive, problem, start, ways)))
 
     found = solved(near, far, coordinates)
     left = np.flatnonzero(found.status != ARRIVED)
     if len(left):
-        others = solved(_rows(far, left), _rows(near, left), coordinates[left])
+        others = solved(cell_rows(far, left), cell_rows(near, left), coordinates[left])
         for values, instead in zip(found, others, strict=True):
             values[left] = instead
     return found

@@ -14,7 +14,7 @@ import numpy as np
 from ..description.motors import Drive
 from ..model.robot import Robot, kept_with_robot
 
-__all__ = ["as_json", "is_robot", "is_same", "robot_as_json"]
+__all__ = ["as_json", "is_robot", "is_same", "plain_values", "robot_as_json"]
 
 #: Of a description: where it came from, and what measures the robot. A map does not depend on them.
 _BESIDE = ("source", "written", "tracker")
@@ -28,13 +28,13 @@ _OF_ELEMENTS = {name: name for name in ("motor", "ratio", "zero", "limits", "scr
 
 def as_json(value: Any) -> str:
     """A dataclass with all that is in it; numbers are written to the last digit."""
-    return json.dumps(_plain(value))
+    return json.dumps(plain_values(value))
 
 
 @kept_with_robot
 def robot_as_json(robot: Robot) -> str:
     """A robot as text, the same wherever its description came from."""
-    described = _plain(robot.description)
+    described = plain_values(robot.description)
     content = {name: part for name, part in described.items() if name not in _BESIDE}
     return json.dumps(content | ({_HELD: robot.held_motors} if robot.held_motors else {}))
 
@@ -62,18 +62,19 @@ def _with_drive(stored: dict[str, Any]) -> dict[str, Any]:
     return stored | {"drive": {"type": Drive.__name__, **drive}}
 
 
-def _plain(value: Any) -> Any:
+def plain_values(value: Any) -> Any:
+    """What JSON and YAML have of a value: dataclasses by their fields, arrays as lists."""
     if is_dataclass(value):
-        parts = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        parts = {field.name: plain_values(getattr(value, field.name)) for field in fields(value)}
         return {"type": type(value).__name__, **parts}
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, dict):
-        return {str(name): _plain(part) for name, part in value.items()}
+        return {str(name): plain_values(part) for name, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
+        return [plain_values(part) for part in value]
     return value
 
 
@@ -88,7 +89,7 @@ def _same(value: Any, stored: Any) -> bool:
         return named.keys() == stored.keys() and all(
             _same(part, stored[name]) for name, part in named.items()
         )
-    return bool(_plain(value) == stored)
+    return bool(plain_values(value) == stored)
 
 
 def _same_fields(value: Any, stored: Any, beside: tuple[str, ...] = ()) -> bool:
@@ -108,5 +109,5 @@ def _same_fields(value: Any, stored: Any, beside: tuple[str, ...] = ()) -> bool:
 
 def _has_default(field: Field[Any], value: Any) -> bool:
     if field.default_factory is not MISSING:
-        return bool(_plain(value) == _plain(field.default_factory()))
-    return field.default is not MISSING and bool(_plain(value) == _plain(field.default))
+        return bool(plain_values(value) == plain_values(field.default_factory()))
+    return field.default is not MISSING and bool(plain_values(value) == plain_values(field.default))

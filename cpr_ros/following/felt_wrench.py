@@ -20,7 +20,7 @@ from cpr_core.errors import distinct
 from cpr_core.model.world_response import effort_units
 
 from .judged_steps import LARGEST_CHANGE
-from .news import News
+from .news import Announced, News
 from .steps import change_between
 from .watchdog import Watchdog
 
@@ -88,7 +88,7 @@ class FeltWrench:
         self._path: deque[tuple[float, Floats]] = deque()
         self._pose: tuple[float, Floats] | None = None
         self._reason, self._rests_until = "", 0.0
-        self._kind = self._announced = ""
+        self._kind, self._announced = "", Announced()
 
     @property
     def settings(self) -> WrenchSettings:
@@ -168,12 +168,8 @@ class FeltWrench:
     def announcement(self, now: float) -> News:
         """What the log is to be told now."""
         kind, reason = self._why(now)
-        before, self._announced = self._announced, kind
-        if kind and kind != before:
-            return News(warning=f"no wrench is estimated: {reason}")
-        if before and not kind:
-            return News(information="the wrench is estimated")
-        return News()
+        warning = f"no wrench is estimated: {reason}" if kind else ""
+        return self._announced.news(warning, "the wrench is estimated", kind)
 
     def _why(self, now: float) -> tuple[str, str]:
         """The kind of reason for which there is no estimate, and the reason."""
@@ -187,8 +183,8 @@ class FeltWrench:
         return self._kind, self._reason
 
     def _old(self, age: float) -> str:
-        told, timeout = distinct(age, self.settings.timeout)
-        return f"the measured efforts are {told} s old, more than measured_timeout {timeout} s"
+        how_old, timeout = distinct(age, self.settings.timeout)
+        return f"the measured efforts are {how_old} s old, more than measured_timeout {timeout} s"
 
     def _look_at_speed(self, motors: Floats, time: float) -> None:
         """How fast the fastest motor is; measurements without stamps may come all at once."""

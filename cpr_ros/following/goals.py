@@ -20,11 +20,10 @@ from cpr_core.model.assessment import Assessment
 from cpr_core.solving.targets import check_rod_lengths
 from cpr_core.validation import checked_vector
 
-from .motor_ways import largest_way
+from .motor_ways import SLACK, largest_way
 from .pose_coordinates import pose_coordinates
 
 __all__ = [
-    "SLACK",
     "Goal",
     "MotorGoal",
     "MotorSetpoint",
@@ -33,9 +32,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-
-#: By what part a step may be longer than it should be: that much is rounding.
-SLACK = 1e-6
 
 
 class Goal(Protocol):

@@ -14,7 +14,7 @@ from cpr_core.errors import distinct
 
 from .watchdog import Watchdog
 
-__all__ = ["MeasuredMotors", "MotorMeasurement"]
+__all__ = ["MeasuredMotors", "MotorMeasurement", "SeenMotors"]
 
 #: When none is ever too old, commands that wait for motors give up after this time without one [s].
 _SILENT = 1.0
@@ -30,6 +30,18 @@ class MotorMeasurement(NamedTuple):
 
     motors: NDArray[np.float64]
     age: float
+
+
+class SeenMotors(NamedTuple):
+    """What is known of where motors are.
+
+    Attributes:
+        measured: The newest measurement; None: nobody knows.
+        missing: Why nobody knows, though they are measured; empty: nobody measures.
+    """
+
+    measured: MotorMeasurement | None
+    missing: str = ""
 
 
 class MeasuredMotors:
@@ -69,6 +81,10 @@ class MeasuredMotors:
         """Those of the newest, (n,); None as there."""
         newest = self.newest(now)
         return None if newest is None else newest.motors
+
+    def seen(self, now: float) -> SeenMotors:
+        """What is known of the motors at a steady time [s]."""
+        return SeenMotors(self.newest(now), self.missing(now))
 
     def silent(self, now: float) -> str:
         """That none came for a while though none is ever too old, in words; empty otherwise."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.errors import distinct
 
-from .measured_motors import MotorMeasurement
+from .measured_motors import SeenMotors
 from .motor_ways import largest_way
 
 __all__ = ["Elsewhere", "MotorArrival"]
@@ -55,8 +55,7 @@ class MotorArrival:
     def look(
         self,
         commands: Floats | None,
-        measured: MotorMeasurement | None,
-        missing: str,
+        seen: SeenMotors,
         tolerance: float,
         now: float,
     ) -> Elsewhere:
@@ -64,17 +63,16 @@ class MotorArrival:
 
         Args:
             commands: Where the motors were sent, (n,) [rad or m]; None: nowhere yet.
-            measured: Where they were measured; None: nobody knows.
-            missing: Why nobody knows, though they are measured; empty: nobody measures.
+            seen: Where they are measured.
             tolerance: A motor that is nearer is there [rad, rod lengths]; 0: all are, wherever they are.
             now: Steady time [s].
         """
         if commands is None or not tolerance:
             self.last = Elsewhere()
-        elif measured is None:
-            self.last = Elsewhere(missing, math.nan) if missing else Elsewhere()
+        elif seen.measured is None:
+            self.last = Elsewhere(seen.missing, math.nan) if seen.missing else Elsewhere()
         else:
-            self.last = self._compared(commands, measured.motors, tolerance)
+            self.last = self._compared(commands, seen.measured.motors, tolerance)
         # Commands that a measured pose corrects are never quite still.
         sent = self._sent
         if commands is not None and (

@@ -23,7 +23,7 @@ __all__ = ["MotorCommands"]
 
 Floats = NDArray[np.float64]
 
-#: What rounding may add to a step, relative.
+#: What rounding may add to a step, relative: more than to that of a goal, which is not cut so.
 _SLACK = 1e-5
 #: Ahead of its way a motor is where it did not follow before, and is sent back to; not so much farther.
 _NOT_BEHIND = 2.0

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from cpr_core import Robot
 
-__all__ = ["largest_way", "motor_steps"]
+__all__ = ["SLACK", "largest_way", "motor_steps"]
 
 Floats = NDArray[np.float64]
+
+#: By what part a step, or a speed, may be larger than it should be: that much is rounding.
+SLACK = 1e-6
 
 
 def largest_way(first: Floats, last: Floats, units: list[float]) -> float:

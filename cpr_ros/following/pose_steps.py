@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from cpr_core import InvalidRequest, Robot
 from cpr_core.model.assessment import Assessment
 
-from .goals import SLACK, MotorGoal, PoseGoal, whole
-from .motor_ways import largest_way
+from .goals import MotorGoal, PoseGoal, whole
+from .motor_ways import SLACK, largest_way
 from .steps import Undecided, attempt
 from .supervision import Refusal
 

@@ -22,9 +22,10 @@ from cpr_core import Equilibrium, Loads, Robot, solve_home
 from cpr_core.model.assessment import MEASURES, Assessment
 
 from .borne_loads import BorneLoads
-from .goals import SLACK, Goal, MotorGoal, MotorSetpoint, PoseGoal
+from .goals import Goal, MotorGoal, MotorSetpoint, PoseGoal
 from .judged_steps import JudgedSteps
 from .motion_settings import ON_WAY_TO_MOTORS, ON_WAY_TO_POSES, Settings
+from .motor_ways import SLACK
 from .outcome import Outcome
 from .steps import change_between, falls
 from .supervision import Action, Refusal, State, Verdict, verdict

@@ -23,7 +23,7 @@ from .outcome import Outcome
 from .setpoint_following import SetpointFollower
 from .supervision import State
 from .trajectory_goal import TrajectoryGoal
-from .trajectory_motion import Ending, Motion
+from .trajectory_motion import Ending, Joining, Motion
 from .trajectory_order import TrajectoryOrder, TrajectoryRefused, ordered_path
 from .trajectory_plan import TrajectoryPlan
 from .trajectory_tolerances import TrajectoryTolerances
@@ -92,14 +92,14 @@ class Trajectories:
             text = f"expected an end within {longest} s from now, got {asked} s"
             raise TrajectoryRefused(order.duration, "points", text)
         self._notice_newer()  # first: it goes on from nothing that has been replaced
-        plan, own_time, join = self._planned(order, current, now, self._tick_work / _SHARE)
+        joining = self._joining(order, current, now, self._tick_work / _SHARE)
         if self.coming is not None:
             self._end_coming(Ending(ErrorCode.PREEMPTED, "a newer trajectory came"))
         if self.running is None:
             self._follower.drop("a trajectory came")
-            plan.advance(_FIRST_GO)
+            joining.plan.advance(_FIRST_GO)
         stamp = None if order.start_in is None else now + order.start_in
-        motion = Motion(order, plan, on_end, own_time, join, self._follower.orders, now, stamp)
+        motion = Motion(order, joining, on_end, self._follower.orders, now, stamp)
         self.coming = motion
         self._begin_if_solved(current, now)
         return motion
@@ -126,7 +126,7 @@ class Trajectories:
             why = "the trajectory it was to go on from has ended"
             self._solve_anew(self.coming, current, now, self._tick_work / _SHARE, why)
         if self.coming is not None:
-            self.coming.plan.advance(_SHARE * self._period)
+            self.coming.joining.plan.advance(_SHARE * self._period)
             self._put_off_if_late(current, now)
             self._begin_if_solved(current, now)
         if self.running is not None and self.running.goal is not None:
@@ -146,20 +146,20 @@ class Trajectories:
         due = goal.due(now)
         current, names = outcome.assessment.equilibrium, self._robot.motor_names
         tolerances = TrajectoryTolerances(names, order, goal.path, self._period)
-        measured, missing = self._measured.newest(now), self._measured.missing(now)
-        if goal.remaining(current) == 0.0 and tolerances.arrived(measured, missing):
+        seen = self._measured.seen(now)
+        if goal.remaining(current) == 0.0 and tolerances.arrived(seen):
             self.running = None
             self._rest_until_joined()
             motion.on_end(Ending(ErrorCode.SUCCESS, "", due))
             return
-        broken = tolerances.broken(due, current.motors, measured, missing)
+        broken = tolerances.broken(due, current.motors, seen)
         if broken is not None:
             self._end_running(Ending(ErrorCode.CONTROL_FAILED, broken.text, due, broken.name))
 
-    def _planned(
+    def _joining(
         self, order: TrajectoryOrder, current: Assessment, now: float, pace: float
-    ) -> tuple[TrajectoryPlan, Callable[[float], float], float]:
-        """What is to be solved for an order, its own time until then, and when in it it is joined.
+    ) -> Joining:
+        """What is to be solved for an order.
 
         Args:
             order: The order, with points.
@@ -178,19 +178,20 @@ class Trajectories:
             doubt = order.doubt(self._robot, current.equilibrium.motors)
             raise refused.doubted(doubt) from None
         plan = TrajectoryPlan(path, current, self._period, settings.thresholds, ON_WAY_TO_MOTORS)
-        return plan, own_time, before.end
+        return Joining(plan, own_time, before.end)
 
     def _put_off_if_late(self, current: Assessment, now: float) -> None:
         """Solve one anew that is not solved when it is due, to be joined later: no tick waits for it."""
         coming = self.coming
-        if coming is None or coming.plan.refused is not None:
+        if coming is None or coming.joining.plan.refused is not None:
             return
         if self.running is None and coming.stamp is None:
             return
-        ticks_needed = 0.0 if coming.plan.done else 2.0
-        if coming.own_time(now) <= coming.join - ticks_needed * self._period:
+        joining = coming.joining
+        ticks_needed = 0.0 if joining.plan.done else 2.0
+        if joining.own_time(now) <= joining.join - ticks_needed * self._period:
             return
-        pace = (now - coming.since) / max(1, coming.plan.begun)
+        pace = (now - coming.since) / max(1, joining.plan.begun)
         self._solve_anew(coming, current, now, pace, "it was not solved when it was due")
 
     def _solve_anew(
@@ -200,12 +201,11 @@ class Trajectories:
         if coming.stamp is not None:
             coming.order = replace(coming.order, start_in=coming.stamp - now)
         try:
-            planned = self._planned(coming.order, current, now, pace)
+            coming.joining = self._joining(coming.order, current, now, pace)
         except TrajectoryRefused as refused:
             text = f"{why}: {refused}"
             self._end_coming(Ending(refused.val, text, refused.time, refused.measure))
             return
-        coming.plan, coming.own_time, coming.join = planned
         coming.since, coming.cut_off = now, False
 
     def _until_joined(
@@ -233,7 +233,7 @@ class Trajectories:
         coming = self.coming
         if coming is not None and coming.stamp is not None:
             stamp = coming.stamp  # from now on nothing delays it: what has ended may have been late
-            coming.own_time = lambda later: later - stamp
+            coming.joining = replace(coming.joining, own_time=lambda later: later - stamp)
 
     def _notice_newer(self) -> None:
         """End what a setpoint, a pause or a return has replaced."""
@@ -250,7 +250,7 @@ class Trajectories:
         coming = self.coming
         if coming is None:
             return
-        plan = coming.plan
+        plan = coming.joining.plan
         if plan.refused is not None:
             doubt = coming.order.doubt(self._robot, current.equilibrium.motors)
             refused = plan.refused.doubted(doubt)
@@ -264,22 +264,24 @@ class Trajectories:
         older = None if self.running is None else self.running.goal
         if older is None or coming.stamp is None:
             return False
-        own = coming.own_time(now)
+        own, join = coming.joining.own_time(now), coming.joining.join
         ends = own + older.path.end - older.time
-        return ends <= coming.join or own < coming.join - _BEFORE_JOINED * self._period
+        return ends <= join or own < join - _BEFORE_JOINED * self._period
 
     def _begin(self, coming: Motion, current: Assessment, now: float) -> None:
-        own = coming.own_time(now)
+        path, own = coming.joining.plan.path, coming.joining.own_time(now)
         before = None if self.running is None else self.running.goal
-        way = np.abs(coming.plan.path.at(own).positions - current.equilibrium.motors)
+        way = np.abs(path.at(own).positions - current.equilibrium.motors)
         if np.any(way > motor_steps(self._robot, self._follower.settings.max_speed, self._period)):
             text = "the robot was moved while the trajectory was solved"
             self._end_coming(Ending(ErrorCode.PREEMPTED, text))
             return
-        last_tick, rests_until = (now, coming.join) if before is None else (before.last_tick, own)
+        last_tick, rests_until = (
+            (now, coming.joining.join) if before is None else (before.last_tick, own)
+        )
         # One with a stamp is late where the older one was: its tolerances count that.
         coming.goal = TrajectoryGoal(
-            coming.plan.path,
+            path,
             own,
             self._period,
             last_tick,

@@ -12,7 +12,7 @@ from .trajectory_goal import TrajectoryGoal
 from .trajectory_order import TrajectoryOrder
 from .trajectory_plan import TrajectoryPlan
 
-__all__ = ["Ending", "Motion"]
+__all__ = ["Ending", "Joining", "Motion"]
 
 
 @dataclass(frozen=True)
@@ -32,16 +32,30 @@ class Ending:
     measure: str = ""
 
 
+@dataclass(frozen=True, eq=False)
+class Joining:
+    """How a trajectory goes on from what the motors do.
+
+    Attributes:
+        plan: Its path, and equilibria along it.
+        own_time: Where on its path it would be at a steady time [s], in its own time, before it has
+            begun.
+        join: Until then, in its own time, the path is what the motors did before [s].
+    """
+
+    plan: TrajectoryPlan
+    own_time: Callable[[float], float]
+    join: float
+
+
 @dataclass(eq=False)
 class Motion:
     """A trajectory from its order to its end.
 
     Attributes:
         order: What was ordered.
-        plan: Its path, and equilibria along it.
+        joining: What is solved for it.
         on_end: Called with its end, once.
-        own_time: Where on its path it would be now, in its own time, before it has begun.
-        join: Until then, in its own time, the path is what the motors did before [s].
         after: How many orders the follower had had when it came; more of them are newer.
         since: When solving its plan began, steady time [s].
         stamp: When its own time is zero, steady time [s]; None: as soon as it is solved.
@@ -50,10 +64,8 @@ class Motion:
     """
 
     order: TrajectoryOrder
-    plan: TrajectoryPlan
+    joining: Joining
     on_end: Callable[[Ending], None]
-    own_time: Callable[[float], float]
-    join: float
     after: int
     since: float
     stamp: float | None

@@ -18,7 +18,7 @@ from cpr_core.errors import distinct, rounded_seconds
 
 from ..error_codes import RequestError
 from .motor_path import MotorPath
-from .motor_ways import motor_steps
+from .motor_ways import SLACK, motor_steps
 
 __all__ = ["TrajectoryOrder", "TrajectoryRefused", "ordered_path"]
 
@@ -26,8 +26,6 @@ Floats = NDArray[np.float64]
 
 #: How far a first point that is due at once may be from the commands [rad, rod lengths].
 NEAR = 0.01
-#: What rounding may add to a speed, relative.
-_SLACK = 1e-6
 #: How many pieces are searched for their largest speeds at a time: the first one that is too fast
 #: ends the search.
 _AT_ONCE = 100
@@ -168,7 +166,7 @@ def _check_beginning(
 
 
 def _check_speeds(robot: Robot, path: MotorPath, limits: Floats) -> None:
-    allowed, bounds = limits * (1.0 + _SLACK), path.speed_bounds()
+    allowed, bounds = limits * (1.0 + SLACK), path.speed_bounds()
     suspects = np.flatnonzero(~(bounds <= allowed).all(axis=1))
     for some in np.array_split(suspects, math.ceil(len(suspects) / _AT_ONCE) or 1):
         speeds = np.where(np.isfinite(bounds[some]), 0.0, np.inf)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from cpr_core.errors import distinct
 
-from .measured_motors import MotorMeasurement
+from .measured_motors import SeenMotors
 from .motor_path import MotorPath
 from .moved_by_others import SETTLING
 from .trajectory_order import TrajectoryOrder
@@ -59,28 +59,20 @@ class TrajectoryTolerances:
     path: MotorPath
     period: float
 
-    def arrived(self, measured: MotorMeasurement | None, missing: str) -> bool:
-        """Whether motors that are measured are as near to the end as the order wants.
-
-        Args:
-            measured: Where the motors were measured; None: nobody knows.
-            missing: Why nobody knows, though they are measured; empty: nobody measures.
-        """
+    def arrived(self, seen: SeenMotors) -> bool:
+        """Whether motors that are measured are as near to the end as the order wants."""
         tolerance = self.order.goal_tolerance
-        if measured is None:
-            return not missing or not np.any(np.isfinite(tolerance))
-        return not np.any(np.abs(self.path.last - measured.motors) > tolerance)
+        if seen.measured is None:
+            return not seen.missing or not np.any(np.isfinite(tolerance))
+        return not np.any(np.abs(self.path.last - seen.measured.motors) > tolerance)
 
-    def broken(
-        self, due: float, commands: Floats, measured: MotorMeasurement | None, missing: str
-    ) -> BrokenTolerance | None:
+    def broken(self, due: float, commands: Floats, seen: SeenMotors) -> BrokenTolerance | None:
         """Which tolerance does not hold; None: all hold.
 
         Args:
             due: Time of the trajectory, had it never been slowed down [s].
             commands: Where the motors are sent, (n,) [rad or m].
-            measured: As of :meth:`arrived`.
-            missing: As of :meth:`arrived`.
+            seen: Where they are measured.
         """
         allowed = self.order.goal_time_tolerance
         found = self._broken_by(
@@ -89,9 +81,10 @@ class TrajectoryTolerances:
         if found is not None:
             return found
         longest = max(allowed if math.isfinite(allowed) else 0.0, SETTLING)
-        if measured is None:
-            return self._unknown(due, missing, longest) if missing else None
-        return self._broken_by(measured.motors, due - measured.age, longest=longest, measured=True)
+        if seen.measured is None:
+            return self._unknown(due, seen.missing, longest) if seen.missing else None
+        motors, age = seen.measured
+        return self._broken_by(motors, due - age, longest=longest, measured=True)
 
     def _unknown(self, due: float, missing: str, longest: float) -> BrokenTolerance | None:
         """Which tolerance nobody can vouch for, as the motors are not measured any more."""

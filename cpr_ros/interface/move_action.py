@@ -114,11 +114,7 @@ class MoveAction(LongAction):
             return
         outcome, before = session.present.outcome, motion.motors.last
         elsewhere = motion.motors.look(
-            session.commands.newest,
-            session.measured.newest(now),
-            session.measured.missing(now),
-            self.arrived_tolerance,
-            now,
+            session.commands.newest, session.measured.seen(now), self.arrived_tolerance, now
         )
         if session.follower.goal is not motion.goal:
             # Where they rest already, the commands begin where they are measured.

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from ..following.borne_loads import Snapped
-from ..following.news import News
+from ..following.news import Announced, News
 from ..following.outcome import Outcome
 from ..following.supervision import Action, State
 
@@ -29,7 +29,7 @@ class Announcements:
         self._free_since: float | None = None
         self._state = State.IDLE
         self._returning = False
-        self._told: dict[str, str] = {}
+        self._motors, self._wrench, self._commanders = Announced(), Announced(), Announced()
 
     @property
     def at_rest(self) -> bool:
@@ -43,11 +43,11 @@ class Announcements:
             outcome: Of the tick.
             now: Steady time [s].
         """
-        warning, told = "", outcome.verdict
-        if told.action == Action.HALT or outcome.state in _HELD:
+        warning, verdict = "", outcome.verdict
+        if verdict.action == Action.HALT or outcome.state in _HELD:
             snapped = outcome.refusal if isinstance(outcome.refusal, Snapped) else None
             if not self._halted or (snapped is not None and snapped is not self._snapped):
-                warning = f"halt ({outcome.state.name}, {told.status.name}): {told.text}"
+                warning = f"halt ({outcome.state.name}, {verdict.status.name}): {verdict.text}"
             self._halted, self._free_since, self._snapped = True, None, snapped
             information = ""
         else:
@@ -63,7 +63,7 @@ class Announcements:
         """
         moved = "was moved meanwhile was" if again else "is moved now is"
         blind = f"{unmeasured}: what {moved} moved without being seen" if unmeasured else ""
-        return self._news("motors", blind, "the motors are measured again")
+        return self._motors.news(blind, "the motors are measured again")
 
     def of_wrench(self, unmeasured: str) -> News:
         """What to log of the external wrench: a warning when it is missing, and that it is back.
@@ -71,7 +71,7 @@ class Announcements:
         Args:
             unmeasured: Why it is not known any more; empty: nothing is missing.
         """
-        return self._news("wrench", unmeasured, "the external wrench is measured again")
+        return self._wrench.news(unmeasured, "the external wrench is measured again")
 
     def of_commanders(self, others: str) -> News:
         """What to log of others who command the motors: a warning when they come, and that they left.
@@ -79,14 +79,7 @@ class Announcements:
         Args:
             others: Who they are, in words; empty: nobody.
         """
-        return self._news("commanders", others, "nobody else commands the motors any more")
-
-    def _news(self, about: str, warning: str, over: str) -> News:
-        """A warning when there begins to be one, and an information when there is none any more."""
-        before, self._told[about] = self._told.get(about, ""), warning
-        if warning and not before:
-            return News(warning=warning)
-        return News() if warning or not before else News(information=over)
+        return self._commanders.news(others, "nobody else commands the motors any more")
 
     def _recovery(self, outcome: Outcome, now: float) -> str:
         """That a halt has ended, when it has not come back for a while."""

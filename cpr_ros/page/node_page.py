@@ -17,6 +17,7 @@ from cpr_core.viewing.bars import Bar
 from cpr_core.viewing.landmarks import Landmarks, PlatformNode, aim_camera
 from cpr_core.viewing.motor_sliders import MotorSliders
 from cpr_core.viewing.robot_scene import RobotScene
+from cpr_core.viewing.sent import send_new
 from cpr_core.viewing.server import address_of, close_server, open_server
 from cpr_core.viewing.status_panel import BarsPanel, as_plain
 
@@ -151,28 +152,28 @@ class NodePage:
         if self._robot is not None and not under_way and not self._control.asks:
             self._sliders.rest()
         name, color = _ACTIONS[action]
-        _set(self._action_text, "content", f"**{name}** {as_plain(text)}")
-        _set(self._action_bar, "color", color)
+        send_new(self._action_text, content=f"**{name}** {as_plain(text)}")
+        send_new(self._action_bar, color=color)
         if self._bars is None:
             self._bars = BarsPanel(self._server.gui, bars)
         self._bars.show(bars)
 
     def show_presence(self, seen: Seen) -> None:
         """Whether the node is heard. One that is gone takes control with it."""
-        _set(self._presence, "content", f"**{_SEEN[seen].format(name=as_plain(self._name))}**")
+        send_new(self._presence, content=f"**{_SEEN[seen].format(name=as_plain(self._name))}**")
         if seen == "gone":
-            _set(self._action_bar, "color", "gray")
-            _set(self._action_text, "content", "nothing is known of the robot")
+            send_new(self._action_bar, color="gray")
+            send_new(self._action_text, content="nothing is known of the robot")
             if self._bars is not None:
                 self._bars.show([])
             self._give_back("the node is gone")
-        _set(self._take, "visible", not self.in_control)
-        _set(self._give, "visible", self.in_control)
+        send_new(self._take, visible=not self.in_control)
+        send_new(self._give, visible=self.in_control)
 
     def show_others(self, names: Sequence[str]) -> None:
         """Who else can send setpoints."""
         who = ", ".join(names) or "nobody"
-        _set(self._others, "content", as_plain(f"setpoints may also come from: {who}"))
+        send_new(self._others, content=as_plain(f"setpoints may also come from: {who}"))
 
     def show_last_minute(self, columns: tuple[Floats, ...], names: tuple[str, ...]) -> None:
         """Plot numbers over time [s]."""
@@ -192,7 +193,7 @@ class NodePage:
 
     def say(self, text: str) -> None:
         """Say something in words."""
-        _set(self._words, "content", as_plain(text))
+        send_new(self._words, content=as_plain(text))
 
     def fail(self, error: Exception) -> None:
         """Say that something is wrong with what came, or with the page, which goes on."""
@@ -233,9 +234,3 @@ class NodePage:
     def _give_back(self, why: str) -> None:
         if self._control.give_back():
             self.say(f"control was given back: {why}")
-
-
-def _set(handle: Any, name: str, value: Any) -> None:
-    """Send only what is new."""
-    if getattr(handle, name) != value:
-        setattr(handle, name, value)

@@ -8,7 +8,7 @@ import csv
 import pytest
 
 from paper.accuracy import InverseErrors
-from paper.tables import Entry, Table, error_table, number, table_i, table_iii
+from paper.tables import Entry, Part, Table, error_table, number, table_i, table_iii
 from paper.tables import statistics as statistics_of
 from paper.timing import CONFIGURATIONS, Measurement
 
@@ -52,7 +52,7 @@ def test_a_table_is_written_in_both_forms(tmp_path):
 
     errors = {3: np.array([1.0, 2.0, 6.0])}
     table = error_table(
-        "Table X", "Title.", "modes", {"error": (errors, {3: ("1.0", "9.0", "3.0")}, 0.05, 0.1)}
+        "Table X", "Title.", "modes", {"error": Part(errors, {3: ("1.0", "9.0", "3.0")}, 0.05)}
     )
     assert table.columns == ("error Min", "error Max", "error Mean")
     assert statistics_of(errors[3]) == (1.0, 6.0, 3.0)

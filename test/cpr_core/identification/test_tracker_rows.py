@@ -3,6 +3,8 @@
 
 """What trackers should tell, and how it changes with their numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,7 +23,7 @@ def random_rows(generator, count, lacking=()):
     )
     for row, part in lacking:
         (told if part == "position" else turned)[row] = np.nan
-    return TrackerRows(told, turned, generator.normal(size=(count, 3)), turns, (1e3, 2e2))
+    return TrackerRows(told, turned, generator.normal(size=(count, 3)), turns, 1e3, 2e2)
 
 
 def tracker_with(numbers):
@@ -51,7 +53,8 @@ def test_rates_are_those_of_differences(seed, lacking):
 def test_the_tracker_that_told_it_differs_in_nothing():
     generator = np.random.default_rng(7)
     rows, tracker = random_rows(generator, 4), tracker_with(generator.normal(size=12))
-    poses = [tracker.marker_in_tracker(*pose) for pose in zip(rows.places, rows.turns, strict=True)]
+    platforms = zip(rows.platform_positions, rows.platform_rotations, strict=True)
+    poses = [tracker.marker_in_tracker(*platform) for platform in platforms]
     told, turned = (np.array(part) for part in zip(*poses, strict=True))
-    same = TrackerRows(told, turned, rows.places, rows.turns, rows.weights)
+    same = replace(rows, marker_positions=told, marker_rotations=turned)
     np.testing.assert_allclose(same.differences(tracker), 0.0, atol=1e-11)

@@ -51,7 +51,7 @@ def test_tolerances_of_ode45_cost_less_than_the_modes(name):
 def test_jacobian_agrees_with_differences(name, tight):
     start = solve_literally(solve_home(load_robot(name)))
     generator = np.random.default_rng(1)
-    size, step = len(start.jacobian[0]), 1e-5
+    size, step = len(start.jacobian), 1e-5
     point = literal_procedure._moved(start, 0.05 * generator.normal(size=size))
     _, jacobian, by_motors = literal_procedure._evaluate(point)
 

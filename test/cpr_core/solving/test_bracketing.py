@@ -36,9 +36,7 @@ def test_events_are_where_bisection_finds_them_in_fewer_solves(name, kind, monke
     size = np.abs(home).max()
     targets = [home + 4.0 * size * random.normal(size=len(home)) for _ in range(5)]
     found, count = ends(robot, targets, solved)
-    monkeypatch.setattr(
-        bracketing, "_narrowed", lambda find, low, high, first, last: (low, high, first, last)
-    )
+    monkeypatch.setattr(bracketing, "_narrowed", lambda find, wide: wide)
     expected, more = ends(robot, targets, solved)
     assert found.keys() == expected.keys()
     assert kind in [event.kind for event in found.values()]

@@ -20,11 +20,11 @@ from cpr_core.viewing.background import Background
 from cpr_core.viewing.bars import bar, bars
 from cpr_core.viewing.dragged import Grip
 from cpr_core.viewing.equilibria_tab import EquilibriaTab, search
-from cpr_core.viewing.exact_place import put
 from cpr_core.viewing.handled_robot import HandledRobot
 from cpr_core.viewing.mailbox import Mailbox
 from cpr_core.viewing.map_layer import go_to_cell, read_layer
 from cpr_core.viewing.recorded import as_gif, as_yaml
+from cpr_core.viewing.sent import put
 from cpr_core.viewing.server import close_server, open_server
 from cpr_core.viewing.status_panel import as_plain, status_text
 from cpr_core.viewing.typed import numbers_as_text, typed_numbers

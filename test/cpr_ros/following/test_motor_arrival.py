@@ -10,7 +10,7 @@ import pytest
 from helpers.drive import robot
 from helpers.geared_robots import geared
 
-from cpr_ros.following.measured_motors import MotorMeasurement
+from cpr_ros.following.measured_motors import MotorMeasurement, SeenMotors
 from cpr_ros.following.motor_arrival import Elsewhere, MotorArrival
 
 SENT = np.array([2.6, 0.5])
@@ -24,7 +24,7 @@ def arrival():
 
 def looked(arrival, measured, now=0.0, *, commands=SENT, missing="", tolerance=TOLERANCE):
     place = None if measured is None else MotorMeasurement(np.asarray(measured, float), 0.0)
-    return arrival.look(commands, place, missing, tolerance, now)
+    return arrival.look(commands, SeenMotors(place, missing), tolerance, now)
 
 
 def test_motors_within_the_tolerance_are_there(arrival):

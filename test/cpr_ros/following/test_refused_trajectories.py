@@ -199,7 +199,7 @@ def test_one_into_the_instability_is_refused_before_its_first_step(rfrfr):
     assert "below margin_stop 0.05" in ending.message
     np.testing.assert_array_equal(rfrfr.motors, home)
     # It is right: there the margin is below, a tick before it is not.
-    path = motion.plan.path
+    path = motion.joining.plan.path
     before, after = (
         solve_forward(rfrfr.robot, path.at(time).positions).margin
         for time in (ending.time - 1.001 * PERIOD, ending.time)

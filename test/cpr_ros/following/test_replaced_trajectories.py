@@ -161,9 +161,9 @@ def test_a_setpoint_replaces_one_that_runs_and_one_that_is_solved(rfrfr):
 
 def test_a_long_one_is_solved_in_slices_between_ticks(rfrfr):
     motion, endings = rfrfr.take([300.0], [[0.2, -0.2]])
-    assert not motion.plan.done
+    assert not motion.joining.plan.done
     rfrfr.tick()
-    assert not motion.plan.done
+    assert not motion.joining.plan.done
     assert rfrfr.tick().state == State.IDLE
     rfrfr.trajectories.cancel(motion)
     assert endings[0].val == ErrorCode.PREEMPTED
@@ -174,10 +174,10 @@ def test_one_that_is_not_solved_when_it_is_due_is_joined_later(rfrfr, monkeypatc
     allowed, begin = solved_slowly(monkeypatch, every=4), rfrfr.now
     home = rfrfr.motors.copy()
     motion, endings = rfrfr.take([2.0], [[0.2, -0.2]], start_in=0.05)
-    first = motion.join
+    first = motion.joining.join
     assert rfrfr.until_ended(endings).val == ErrorCode.SUCCESS
     assert max(allowed[1:]) <= PERIOD  # the first one is that of a robot at rest
-    assert motion.join > 1.5 * first
+    assert motion.joining.join > 1.5 * first
     assert rfrfr.now - begin == pytest.approx(2.05, abs=2.0 * PERIOD)
     np.testing.assert_allclose(rfrfr.motors, home + [0.2, -0.2], atol=1e-12)
     assert rfrfr.steps.max() <= 1.0 + 1e-6

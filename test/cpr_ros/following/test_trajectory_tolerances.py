@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cpr_ros.following.measured_motors import MeasuredMotors, MotorMeasurement
+from cpr_ros.following.measured_motors import MeasuredMotors, MotorMeasurement, SeenMotors
 from cpr_ros.following.motor_path import MotorPath
 from cpr_ros.following.moved_by_others import SETTLING
 from cpr_ros.following.trajectory_order import TrajectoryOrder
@@ -31,11 +31,11 @@ def tolerances(wanted):
 
 
 def broken(wanted, due, commands, measured=None, missing=""):
-    return tolerances(wanted).broken(due, commands, measured, missing)
+    return tolerances(wanted).broken(due, commands, SeenMotors(measured, missing))
 
 
 def arrived(wanted, measured, missing):
-    return tolerances(wanted).arrived(measured, missing)
+    return tolerances(wanted).arrived(SeenMotors(measured, missing))
 
 
 @given(due=st.floats(0.0, 2.0), age=st.floats(0.0, 0.4))

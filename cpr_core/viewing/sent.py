@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where a node of the scene is, to the last digit."""
+"""What is sent of a handle on the page: all that is new and nothing else, places to the last digit."""
 
 from __future__ import annotations
 
@@ -10,12 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["put"]
+__all__ = ["put", "send_new"]
 
 Floats = NDArray[np.float64]
 
 #: More than what viser takes for the same.
 _NEAR = 1e-4
+
+
+def send_new(handle: Any, **values: Any) -> None:
+    """Set properties of a handle, those that change: what is set is sent, also where it is the same."""
+    for name, value in values.items():
+        if getattr(handle, name) != value:
+            setattr(handle, name, value)
 
 
 def put(node: Any, position: Floats, quaternion: Floats | None = None) -> None:
