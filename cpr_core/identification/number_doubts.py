@@ -13,9 +13,17 @@ from numpy.typing import NDArray
 from ..description.changed_description import schema_allows
 from ..errors import DescriptionError
 from ..model.robot import Robot
+from ..solving.not_reached import NotReached
+from .parameter_problem import ParameterProblem
 from .tried_robot import tried_robot
 
-__all__ = ["HALF_95_PERCENT", "border_doubts", "bound_doubts", "hardly_told"]
+__all__ = [
+    "HALF_95_PERCENT",
+    "border_doubts",
+    "bound_doubts",
+    "hardly_told",
+    "many_times_larger",
+]
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +33,8 @@ HALF_95_PERCENT = 1.959963984540054
 _NEXT = 1e-2
 #: How near to a bound, in standard deviations, is at it.
 _AT_BOUND = 1e-2
+#: How many times larger a number is tried, where its standard deviation is more than this part of it.
+_MANY, _ROUGH = 5.0, 1e-2
 
 
 def hardly_told(
@@ -110,6 +120,68 @@ def bound_doubts(
         "beyond it, and standard deviations are those without bounds"
         for side, column in np.argwhere(near & np.isfinite(bounds))
     )
+
+
+def many_times_larger(
+    problem: ParameterProblem, change: Floats, deviations: Floats, limits: Floats
+) -> tuple[str, ...]:
+    """Numbers that have to be positive and, many times larger, fit within 95 %, one line each.
+
+    Where something gives way below a value (a rod sags, or buckles) and measurements say only that it
+    has not, squares are steep on that side alone: a standard deviation is small, and half of the truth.
+
+    Args:
+        problem: What is compared.
+        change: The answer, in natural units, (P,).
+        deviations: Standard deviations of the values, (P,).
+        limits: Bounds of the values, (2, P).
+    """
+    found, robot = [], problem.robot
+    values = problem.values_at(change)
+    least = _squares(problem, change)
+    for place, path in enumerate(problem.paths):
+        value, deviation, larger = values[place], deviations[place], _MANY * values[place]
+        if not _ROUGH * value < deviation <= value / HALF_95_PERCENT or larger > limits[1, place]:
+            continue
+        if schema_allows(robot.description, path, -1.0) or schema_allows(
+            robot.description, path, 0.0
+        ):
+            continue
+        if _squares_with(problem, change, place, larger, limits) - least < HALF_95_PERCENT**2:
+            found.append(
+                f"{path} is hardly told: it is {value:.3g} with a standard deviation of "
+                f"{deviation:.3g}, but one {_MANY:.0f} times as large fits nearly as well"
+            )
+    return tuple(found)
+
+
+def _squares(problem: ParameterProblem, change: Floats) -> float:
+    """The weighted sum of squares.
+
+    Raises:
+        DescriptionError: There is no such robot.
+        NotReached: A branch ends before.
+    """
+    pairs = zip(problem.rows, problem.equilibria(change), strict=True)
+    return float(sum(np.sum(row.residual(equilibrium) ** 2) for row, equilibrium in pairs))
+
+
+def _squares_with(
+    problem: ParameterProblem, change: Floats, place: int, value: float, limits: Floats
+) -> float:
+    """The same with another value of one number, the others after it; infinite: no such robot."""
+    tried = change.copy()
+    tried[place] = (value - problem.values[place]) / problem.scales[place]
+    others = np.arange(len(change)) != place
+    try:
+        pairs = zip(problem.rows, problem.equilibria(tried), strict=True)
+        residual = np.concatenate([row.residual(equilibrium) for row, equilibrium in pairs])
+        step = np.linalg.lstsq(problem.rates(tried)[:, others], -residual, rcond=None)[0]
+        bounds = (limits - problem.values) / problem.scales
+        tried[others] = np.clip(tried[others] + step, *bounds[:, others])
+        return _squares(problem, tried)
+    except (DescriptionError, NotReached):
+        return np.inf
 
 
 def _refused(robot: Robot, path: str, value: float) -> str:
