@@ -38,7 +38,13 @@ from .measurements import (
     checked_measurements,
     driven_by,
 )
-from .number_doubts import border_doubts, bound_doubts, hardly_told, many_times_larger
+from .number_doubts import (
+    border_doubts,
+    bound_doubts,
+    hardly_told,
+    many_times_larger,
+    strayed,
+)
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
 from .robust_loss import Loss, checked_loss, variance_factor
 from .tracker_alignment import aligned_tracker
@@ -197,6 +203,7 @@ def _result(
         *bound_doubts(problem.paths, values, deviations, limits),
         *hardly_told(robot, problem.paths, values, deviations, sizes),
         *(many_times_larger(problem, change, deviations, limits) if loss == "linear" else ()),
+        *strayed(problem, change, known.unseen),
         *border_doubts(robot, problem.paths, values, deviations, start),
         *kind_doubts(problem.rows, equilibria, determined),
         *fit_doubts(problem.rows, problem.before, fit, freedom, problem.refused),

@@ -23,6 +23,7 @@ __all__ = [
     "bound_doubts",
     "hardly_told",
     "many_times_larger",
+    "strayed",
 ]
 
 Floats = NDArray[np.float64]
@@ -35,6 +36,8 @@ _NEXT = 1e-2
 _AT_BOUND = 1e-2
 #: How many times larger a number is tried, where its standard deviation is more than this part of it.
 _MANY, _ROUGH = 5.0, 1e-2
+#: Part of a parameter that is in no direction but unseen ones, where nothing at all tells it.
+_UNTOLD = 1.0 - 1e-6
 
 
 def hardly_told(
@@ -153,6 +156,28 @@ def many_times_larger(
                 f"{deviation:.3g}, but one {_MANY:.0f} times as large fits nearly as well"
             )
     return tuple(found)
+
+
+def strayed(problem: ParameterProblem, change: Floats, unseen: Floats) -> tuple[str, ...]:
+    """Numbers that nothing tells where they ended, which is not where they began, one line each.
+
+    What is not told stays; but a number may go, with little to gain, to where it is told no more.
+
+    Args:
+        problem: What is compared.
+        change: The answer, in natural units, (P,).
+        unseen: Directions in which nothing that is compared changes there, orthonormal rows (K, P).
+    """
+    values = problem.values_at(change)
+    untold = np.sum(unseen**2, axis=0) > _UNTOLD
+    far = np.abs(values - problem.values) > _NEXT * np.maximum(
+        np.abs(values), np.abs(problem.values)
+    )
+    return tuple(
+        f"{problem.paths[place]} is not determined at {values[place]:.3g}, where it went from "
+        f"{problem.values[place]:.3g}: the measurements tell at most what it is not"
+        for place in np.flatnonzero(untold & far)
+    )
 
 
 def _squares(problem: ParameterProblem, change: Floats) -> float:

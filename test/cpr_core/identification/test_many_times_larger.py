@@ -79,3 +79,30 @@ def test_a_modulus_that_shows_is_told(seed):
 @pytest.mark.filterwarnings("error")
 def test_beyond_a_bound_no_number_is_tried():
     assert found_with(50e9, 1, bounds={YOUNG: (1e10, 1e11)}).doubts == ()
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_modulus_that_went_to_where_nothing_tells_it_is_doubted(seed):
+    """It was twenty times what was described, named as not determined, and would have been written."""
+    with pytest.warns(CalibrationWarning, match=f"^{YOUNG} is not determined at .* from 6e.10: "):
+        found = found_with(50e9, seed)
+    assert np.isinf(found.standard_deviations[0])
+    assert found.values[0] > 10.0 * 60e9
+    assert found.undetermined == (f"{YOUNG} is not determined",)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_modulus_that_nothing_tells_stays_without_a_doubt():
+    robot = cpr_core.load_robot("rfrfr")
+    at = [cpr_core.solve_forward(robot, [2.6 + 0.02 * k, 0.5 + 0.03 * k]) for k in range(5)]
+    noise = np.random.default_rng(0)
+    places = [each.platform_position + noise.normal(0.0, 1e-3, 3) * [1, 1, 0] for each in at]
+    rows = [
+        Measurement(motors=each.motors, position=place)
+        for each, place in zip(at, places, strict=True)
+    ]
+    offset = "legs[0].motor.offset"
+    found = calibrate(robot, rows, [YOUNG, offset], StandardDeviations(position=1e-3))
+    assert found.undetermined == (f"{YOUNG} is not determined",)
+    assert found.values[0] == robot.parameter_values([YOUNG])[0]
+    assert found.doubts == ()
