@@ -44,6 +44,9 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
+#: How far from its start an equilibrium is another one, in rod lengths and radians: of three modes, too.
+_ANOTHER = 0.2
+
 
 def solve_continuous_rough(
     robot: Robot,
@@ -110,13 +113,15 @@ def solve_continuous(
     Raises:
         InvalidRequest: A pose is to be held that has not as many coordinates as there are motors; a
             joint of a kind this method does not know.
-        NoForwardSolution, NoInverseSolution: Newton's method does not reach the tolerance.
+        NoForwardSolution, NoInverseSolution: Newton's method does not reach the tolerance, or comes
+            to another equilibrium, 0.2 rod lengths or radians away.
     """
     robot, loads = equilibrium.robot, equilibrium.loads
     if held == "pose":
         check_square(robot)
     if not shooting_knows(robot, loads):
-        return solve_chains(equilibrium, motors_held=held == "motors", method=method)
+        found = solve_chains(equilibrium, motors_held=held == "motors", method=method)
+        return _near(equilibrium, found)
     axes = robot.arrays.position_axes
     tip_forces = np.zeros((robot.motor_count, 3))
     tip_forces[:, axes] = equilibrium.multipliers.reshape(-1, len(axes))
@@ -133,7 +138,23 @@ def solve_continuous(
         equilibrium.platform_rotation,
         equilibrium.platform_position,
     )
-    return _refined(robot, loads, method, rough, motors_held=held == "motors")
+    found = _refined(robot, loads, method, rough, motors_held=held == "motors")
+    return _near(equilibrium, found)
+
+
+def _near(start: Equilibrium, found: ContinuousEquilibrium) -> ContinuousEquilibrium:
+    """What was found, unless it is another equilibrium than the start."""
+    robot = start.robot
+    turned = Rotation.from_matrix(found.platform_rotation @ start.platform_rotation.T)
+    shifted = np.linalg.norm(found.platform_position - start.platform_position)
+    driven = np.abs((found.motors - start.motors) / robot.motor_units).max(initial=0.0)
+    away = max(float(turned.magnitude()), float(shifted / robot.mean_length), float(driven))
+    if away < _ANOTHER:
+        return found
+    held_motors = np.array_equal(found.motors, start.motors)
+    kind = NoForwardSolution if held_motors else NoInverseSolution
+    text = f"shooting: comes to another equilibrium, {away:.2g} rod lengths or radians away"
+    raise kind(f"{text}: start with more modes", 0.0, None)
 
 
 def follow_motors(

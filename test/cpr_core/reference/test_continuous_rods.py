@@ -18,6 +18,7 @@ from cpr_core import (
     NoInverseSolution,
     NonFiniteInput,
     Robot,
+    find_equilibria,
     load_robot,
     solve_home,
 )
@@ -186,3 +187,18 @@ def test_integration_error_is_what_twice_the_steps_show():
     ]
     assert 1e-7 < errors[1] < errors[0] < 1e-3
     assert 0.0 < continuous_home(robot).integration_error < 1e-11
+
+
+def test_another_equilibrium_than_that_of_the_start_is_refused():
+    """Five modes have an equilibrium that continuous rods have not: shooting went 0.4 m away from it."""
+    robot = load_robot("rfrfr", modes=5)
+    places = [[-0.6415, 0.0470, 0.0], [0.5458, 0.1327, 0.0]]
+    found = [each.equilibrium for each in find_equilibria(robot, [2.59, 0.55], starts=60)]
+    alone, real = (
+        min(found, key=lambda each, place=place: np.linalg.norm(each.platform_position - place))
+        for place in places
+    )
+    with pytest.raises(NoForwardSolution, match=r"comes to another equilibrium, 0\.38 rod lengths"):
+        solve_continuous(alone)
+    rods = solve_continuous(real)
+    assert_allclose(rods.platform_position, real.platform_position, atol=1e-3)
