@@ -60,7 +60,8 @@ def map_workspace(
         executor: Where batches run (threads, processes, ``dask.distributed.Client.get_executor()``);
             default threads.
         workers: Number of threads without ``executor``, default one per core; 0: none at all.
-        tolerance: Borders are refined to this, in units of the axes; 0: not refined.
+        tolerance: Borders are refined to this, in units of the axes; 0: not refined. Ways to cells are
+            followed in steps as small, too: next to folds a coarser one may reach fewer.
         file: NetCDF file to write the map to, every ``checkpoint_every`` seconds and at the end.
         resume: Go on with the map in ``file`` if there is one; it must be of the same robot, loads,
             grid, objective and branch. One that is complete, its borders refined to ``tolerance`` or
