@@ -73,6 +73,19 @@ def test_it_is_that_of_the_dense_matrix_for_modes_that_are_not_orthogonal(name, 
                 assert found == pytest.approx(expected, rel=1e-6), (problem, length)
 
 
+@pytest.mark.parametrize(
+    "controlled", [["z", "pitch", "yaw"], ["x", "roll", "yaw"], ["x", "y", "yaw"]]
+)
+def test_it_is_that_of_the_dense_matrix_whichever_angles_are_unknown(controlled):
+    """Rates of roll and pitch are no turns about the axes of the world."""
+    robot = load_robot(shipped_content("three_prs") | {"controlled": controlled})
+    step = 0.1 * robot.motor_units * np.array([1.0, -0.5, 0.2])
+    model = kinemato_statics(solve_forward(robot, solve_home(robot).motors + step))
+    for problem in model.problems:
+        expected = model.singular_values(problem)[0]
+        assert model.smallest_singular_value(problem) == pytest.approx(expected, rel=1e-6), problem
+
+
 @pytest.mark.parametrize("name", shipped_robots())
 def test_it_converges_with_the_number_of_modes(name):
     by_modes = (home_and_bent(load_robot(name, modes=modes)) for modes in (8, 16))
