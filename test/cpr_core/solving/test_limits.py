@@ -214,6 +214,12 @@ def test_a_limit_that_is_passed_by_little_disturbs_too():
     assert undisturbed(np.array([[2e-4], [1e-4], [-1e-4], [-2e-4]])) == 1
 
 
+def test_rounding_at_a_limit_disturbs_nothing():
+    """Who stands at the end of a range would be walked at every tick."""
+    assert undisturbed(np.array([[1e-4], [-0.9 * ROUNDING], [0.0]])) == 2
+    assert undisturbed(np.array([[1e-4], [-1.1 * ROUNDING], [0.0]])) == 0
+
+
 @pytest.mark.parametrize(
     ("limits", "by_motors", "by_pose"),
     [
