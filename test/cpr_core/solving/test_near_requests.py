@@ -33,6 +33,13 @@ from cpr_core.kernels.kept_factors import kept_factors
 from cpr_core.kernels.natural_units import EFFORT_UNIT, LONGEST_STEP
 from cpr_core.kernels.prepared_robot import continue_prepared
 from cpr_core.kernels.problems import PROBLEMS as NUMBERS
+from cpr_core.kernels.record_layout import (
+    IMPOSED_MOTORS,
+    INDEX_FREE,
+    INDEX_LOCKED,
+    INVERSE_SIGN,
+    SIGNS,
+)
 from cpr_core.kernels.record_layout import STEPS as STEPS_TAKEN
 from cpr_core.kernels.square_problem import Tolerances
 from cpr_core.lie import rotation_exp
@@ -172,6 +179,50 @@ def test_kernel_and_targets_agree_on_what_is_near(robot, seed, distance):
         far = target.distance(start)
         if abs(far - LONGEST_STEP) > 1e-9:
             assert taken_as_near(start, target) == (far < LONGEST_STEP), target.problem
+
+
+def steps_made(start, target, record, given):
+    """How many watched steps the kernel makes towards a target, from a record of the start."""
+    robot = start.robot
+    return continue_prepared(
+        robot.prepared,
+        start.load_arrays,
+        NUMBERS[target.problem],
+        given,
+        WATCHED,
+        *Tolerances(),
+        record,
+        start.factors,
+        new_record(robot, 1),
+        kept_factors(robot.arrays),
+    )
+
+
+@pytest.mark.parametrize(
+    ("problem", "watched"),
+    [
+        ("motors", {INDEX_LOCKED}),
+        ("efforts", {INDEX_FREE}),
+        ("pose", {INDEX_LOCKED, INVERSE_SIGN}),
+    ],
+)
+def test_a_watched_step_ends_where_a_sign_that_counts_has_changed(problem, watched):
+    home = solve_home(load_robot("six_rfs"))
+    target = target_of(home, problem, getattr(home, problem))
+    given = target.given(home)
+    assert steps_made(home, target, home.record, given) == 1
+    for sign in (INDEX_LOCKED, INDEX_FREE, INVERSE_SIGN):
+        record = home.record.copy()
+        record[home.robot.state_size + SIGNS + sign] -= 2.0
+        assert steps_made(home, target, record, given) == (sign not in watched), sign
+
+
+def test_motors_that_a_pose_leaves_unknown_are_not_read(robot):
+    home = solve_home(robot)
+    target = target_of(home, "pose", home.pose)
+    given = target.given(home).copy()
+    given[0, IMPOSED_MOTORS:] = np.nan
+    assert steps_made(home, target, home.record, given) == 1
 
 
 def test_loads_are_as_far_as_efforts_of_the_same_size(robot):
