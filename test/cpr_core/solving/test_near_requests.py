@@ -130,6 +130,18 @@ def test_predictions_from_delayed_slots_are_used(straight):
     assert near.iterations == steps[FREELY] < steps[UNPREDICTED]
 
 
+def test_predictions_do_not_depend_on_what_was_evaluated_last(straight):
+    """Factors with delayed slots are not kept: the tangent of the start is evaluated again."""
+    home = solve_home(straight)
+    pose = np.append(home.platform_position, home.platform_quaternion)
+    pose[:3] += 1e-4 * np.array([1.0, 0.5, 0.2])
+    first = solve_inverse(straight, pose, start=home)
+    elsewhere = 0.1 * straight.motor_units * np.array([1.0, -1.0, 0.5, 0.3, -0.2, 0.7])
+    solve_forward(straight, home.motors + elsewhere, start=home)
+    again = solve_inverse(straight, pose, start=home)
+    np.testing.assert_array_equal(again.record, first.record)
+
+
 @pytest.fixture(scope="module", params=[*SHORT_FORM, "delta", "three_prs"])
 def robot(request):
     return load_robot(request.param)
