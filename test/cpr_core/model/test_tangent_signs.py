@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from helpers.bordered_index import index_by_eigenvalues
 from helpers.shipped_steps import SHORT_FORM
+from helpers.yaml_content import shipped_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -40,6 +41,14 @@ def test_elimination_counts_negative_eigenvalues(eigenvalues, seed):
     matrix = symmetric(eigenvalues, np.random.default_rng(seed))
     negative, zero = eliminate(matrix.copy(), 0, len(matrix), len(matrix), 1e-9)
     assert (negative, zero) == (sum(value < 0.0 for value in eigenvalues), 0)
+
+
+@pytest.mark.parametrize("size", [1, 2, 4])
+def test_elimination_counts_where_there_is_nothing_on_the_diagonal(size):
+    """Every pivot is of two rows: one of either sign."""
+    beside, none = np.random.default_rng(size).normal(size=(size, size)), np.zeros((size, size))
+    matrix = np.block([[none, beside], [beside.T, none]])
+    assert eliminate(matrix, 0, 2 * size, 2 * size, 1e-9) == (size, 0)
 
 
 @pytest.mark.parametrize("zeros", [1, 2, 3])
@@ -83,6 +92,20 @@ def test_indices_are_those_of_the_spectra_and_signs_those_of_the_determinant(nam
         assert index_by_eigenvalues(equilibrium) == equilibrium.signs.index_locked
         seen.add(equilibrium.signs.index_free)
     assert len(seen) > 1 or name in ("gough_stewart", "planar_body")
+
+
+@pytest.mark.parametrize("controlled", [["z", "pitch", "yaw"], ["x", "y", "yaw"]])
+def test_signs_are_those_of_the_determinant_where_roll_or_pitch_is_unknown(controlled):
+    robot = load_robot(shipped_content("three_rfs") | {"controlled": controlled})
+    home, random = solve_home(robot), np.random.default_rng(3)
+    signs, same_side = set[int](), set[float]()
+    for away in 0.25 * robot.motor_units * random.uniform(-1.0, 1.0, (40, 3)):
+        equilibrium = solve_forward(robot, home.motors + away)
+        sign = equilibrium.signs.inverse_sign
+        signs.add(sign)
+        same_side.add(sign * kinemato_statics(equilibrium).singularity("inverse").sign)
+    assert signs == {-1, 1}
+    assert len(same_side) == 1
 
 
 def test_indices_beyond_two_crossings():
