@@ -234,6 +234,17 @@ def test_of_a_singular_leg_block_something_is_left_to_the_border(robot, tangent,
     check_solutions(robot, changed, problem, DELAYED)
 
 
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_slots_that_different_legs_leave_are_apart(robot, tangent, problem):
+    """The first one is left with couplings to all slots after it, as is another one of another leg."""
+    changed, (first, other) = tangent.copy(), (block_of(robot, leg) for leg in (0, 1))
+    changed[first[0], first[0]] = 0.0
+    before, slot = other[:2], other[2]
+    beside = changed[before, slot]
+    changed[slot, slot] = beside @ np.linalg.solve(changed[np.ix_(before, before)], beside)
+    check_solutions(robot, changed, problem, DELAYED)
+
+
 @pytest.mark.parametrize("problem", ["motors", "efforts"])
 def test_of_a_straight_leg_something_is_left_to_the_border(robot, problem):
     changed = straight_leg_tangent(robot)
