@@ -215,3 +215,14 @@ def test_a_fed_rod_has_modes_where_it_is_curved_at_rest():
         solve_home(without)
     chosen = load_robot(fed_content(tolerance=1e-4))
     assert all(rod.modes.counts[0] > 0 for rod in chosen.description.rods)
+
+
+def test_efforts_that_feed_rods_curved_at_rest_are_what_their_energy_changes_by():
+    """What comes out of a feed has to be bent out of the shape it has at rest."""
+    robot = load_robot(fed_content(torsion=1, bending_2=3, bending_3=3))
+    home, step = solve_home(robot), 1e-4
+    for motor, effort in enumerate(home.efforts):
+        way = step * np.eye(robot.motor_count)[motor]
+        ahead, behind = (solve_forward(robot, home.motors + by) for by in (way, -way))
+        change = (ahead.energy - behind.energy) / (2.0 * step)
+        assert effort == pytest.approx(change, rel=1e-5, abs=1e-5 * np.abs(home.efforts).max())
