@@ -3,7 +3,10 @@
 
 """Motor commands: none is farther from the one before, or from measured motors, than it may be."""
 
+import itertools
+
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -101,12 +104,26 @@ def test_commands_go_as_far_as_there_is_room():
     assert commands.in_reach(np.zeros(6), SPEED)
     assert not commands.in_reach(-0.1 * STEPS, SPEED)
     assert commands.step_to(np.full(6, 1e3), SPEED, np.zeros(6)) is None
+    assert commands.waits
+    commands.place(10 * STEPS, repeatable=False)
+    assert (commands.waits, commands.repeatable) == (False, False)
     one_behind = 10 * STEPS  # but for one motor, that has moved by half a tick's way
     one_behind[3] = 0.5 * STEPS[3]
     further = commands.step_to(np.full(6, 1e3), SPEED, one_behind)
     np.testing.assert_allclose(further - 10 * STEPS, 0.5 * STEPS, rtol=1e-9)  # all wait for it
     back = commands.step_to(np.zeros(6), SPEED, np.zeros(6))
     np.testing.assert_allclose(back, 9.5 * STEPS, rtol=1e-9)  # nearer is always allowed
+    assert commands.repeatable
+
+
+def test_as_far_as_they_may_be_ahead_commands_meet_the_end_exactly():
+    for ticks in range(1, 60):
+        commands, end = MotorCommands(ROBOT, PERIOD, ticks * PERIOD), 0.3 + ticks * STEPS
+        commands.place(np.full(6, 0.3))
+        for _ in range(ticks):
+            assert not commands.aligned_with(end)
+            commands.step_to(end, SPEED, np.full(6, 0.3))
+        assert commands.aligned_with(end) and commands.in_reach(np.full(6, 0.3), SPEED)
 
 
 def test_a_tick_is_always_in_reach():
@@ -115,3 +132,22 @@ def test_a_tick_is_always_in_reach():
     for _ in range(3):
         commands.step_to(np.full(6, 1e3), SPEED, np.zeros(6))
     np.testing.assert_allclose(commands.newest, STEPS, rtol=1e-9)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1e-4, 0.1])
+@pytest.mark.parametrize(("goes", "ahead"), [(0.0, 1.0), (1.0, 2.0), (1.0, -1.0)])
+def test_all_wait_for_a_motor_that_is_measured_beside_its_way(tolerance, goes, ahead):
+    """One that stays, or is ahead of its way; where motors may be anywhere, only for one behind."""
+    allowed = np.maximum(10.0 * STEPS, tolerance * ROBOT.motor_units)
+    for number, part in itertools.product(range(6), (-1.001, -1.00005, 1.00005, 1.001)):
+        commands = MotorCommands(ROBOT, PERIOD, 10 * PERIOD, tolerance)
+        commands.place(np.zeros(6))
+        target, measured = np.full(6, 1e3), np.zeros(6)
+        target[number] = np.copysign(1e3 * goes, part)
+        measured[number] = ahead * part * allowed[number]
+        beside = ahead > 0.0 and tolerance > 0.0 and abs(part) > 1.0005
+        waits = beside or ahead < 0.0
+        assert (commands.step_to(target, SPEED, measured) is None) == commands.waits == waits
+        assert commands.beside == (ROBOT.motor_names[number] if beside else "")
+        assert commands.step_to(target, SPEED, np.zeros(6)) is not None
+        assert (commands.beside, commands.waits) == ("", False)
