@@ -3,6 +3,8 @@
 
 """Motors that are measured elsewhere than they were sent."""
 
+import math
+
 import numpy as np
 import pytest
 from helpers.drive import robot
@@ -86,6 +88,14 @@ def test_a_doubt_that_nothing_settles_is_taken_for_true(others):
     assert not others.doubt
 
 
+def test_motors_that_rest_where_they_were_before_a_command_are_no_doubt(others):
+    """Of those that are measured seldom."""
+    others.take(SENT, SENT, 10.0)
+    others.commanded(10.1, ELSEWHERE)
+    assert others.take(SENT, ELSEWHERE, 10.11 + SETTLING)
+    assert "somebody else has moved the motors: one was measured 0.2" in others.away
+
+
 def test_wrong_measurements_in_a_motion_are_no_doubt(others):
     others.take(SENT, SENT, 10.0)
     others.commanded(10.0, SENT)
@@ -161,6 +171,13 @@ def test_motors_near_their_slow_commands_may_rest(others):
 
 def test_another_tolerance_ends_it_and_begins_nothing(others):
     """It was for ever, where nobody measured any more."""
+    for tolerance, told in ((0.15, True), (0.25, False)):
+        others.take(SENT, SENT, 9.8)
+        others.take(ELSEWHERE, SENT, 9.85)
+        others.tolerance = tolerance
+        words = f"more than moved_tolerance {tolerance}"
+        assert (words in others.doubt) == told == bool(others.doubt)
+        others.tolerance = 0.1
     take_for_long(others, ELSEWHERE, 10.0)
     others.tolerance = 0.15
     assert "more than moved_tolerance 0.15" in others.away
@@ -191,12 +208,14 @@ def test_ways_count_in_the_units_of_motors():
         assert bool(others.in_question) == away
 
 
-def test_motors_that_commands_wait_for_do_not_follow_and_are_not_begun_with(others):
-    """As long as they wait; how far ahead these are is not asked."""
-    near = SENT + 0.01
+@pytest.mark.parametrize("tolerance", [0.1, 0.0])
+def test_motors_that_commands_wait_for_do_not_follow_and_are_not_begun_with(others, tolerance):
+    """As long as they wait; how far ahead these are, and what noise they have, is not asked."""
+    near, others.tolerance = SENT + 0.01, tolerance
     for number in range(40):
         now = 10.0 + 0.05 * number
-        assert not others.take(near, SENT, now, waited_for=True)
+        noise = 0.1 * RESTING * (number % 2)
+        assert not others.take(near + noise, SENT, now, waited_for=True)
         assert bool(others.away) == (now - 10.0 >= SETTLING - 1e-9), now
     assert "as far as max_lead allows" in others.away
     assert not others.take(near, SENT, now + 0.05)
@@ -231,3 +250,31 @@ def test_motors_of_slow_robots_follow_at_a_part_of_their_speed(name, max_speed, 
     # Half a second is enough where commands would have gone far.
     assert not others.take(measured, begin + 0.1, now, max_speed=1.0, waited_for=True)
     assert "all at rest for 0.5 s" in others.away
+
+
+def test_where_they_were_just_measured_nothing_is_sent_for_a_while(others):
+    """Several may say so, and not agree."""
+    others.begin(SENT)
+    assert (others.in_question, others.due) == ("", math.inf)
+    others.prove(10.0)
+    others.take(SENT, SENT, 10.5)
+    others.look(10.99)
+    assert "where the motors are was just measured" in others.in_question and not others.away
+    others.take(ELSEWHERE, SENT, 10.995)
+    assert others.due == 11.0
+    others.look(11.0)
+    assert others.in_question == others.doubt != ""
+    assert others.due == 10.995 + SETTLING
+
+
+@pytest.mark.parametrize(("proved", "measured"), [(0.0, 6), (10.0, 4)])
+def test_who_contradicts_another_in_that_while_is_found_sooner(others, proved, measured):
+    others.prove(proved)
+    for number, motors in enumerate([SENT, ELSEWHERE] * 3):
+        now = 10.0 + 0.45 * number
+        others.look(now)
+        assert not others.take(motors, SENT, now)
+        assert ("in two places" in others.away) == (number + 1 >= measured) == bool(others.away)
+    for number in range(10):  # nor are they begun with where one of them goes on
+        assert not others.take(ELSEWHERE, SENT, now + 0.1 * number)
+        assert "in two places" in others.away
