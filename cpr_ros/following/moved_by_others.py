@@ -117,7 +117,6 @@ class MovedByOthers:
         """
         self._trust(-math.inf)
         self._offset.begin(place)
-        self._off_again = ""
         self._standstill.begin(None)
         self.forget_places()
 

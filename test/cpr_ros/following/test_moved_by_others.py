@@ -164,6 +164,25 @@ def test_motors_that_lag_follow(others, speed, follows, delay):
     assert others.away == ""
 
 
+def test_commands_between_measurements_count(others):
+    others.take(SENT, SENT, 10.0)
+    for way in np.arange(0.0, SETTLING + 2.0 * GONE_ON, 0.01):
+        others.commanded(11.0 + way, SENT + way)
+    others.take(SENT, SENT + way, 11.0 + way)
+    assert "the motors do not follow" in others.away
+
+
+@pytest.mark.parametrize(("way", "waited_for"), [(0.2, False), (0.01, True)])
+def test_a_pause_in_which_motors_did_not_come_tells_no_arrival(others, way, waited_for):
+    """Sent now and then, and measured soon after only: it was never told that they do not follow."""
+    others.take(SENT, SENT, 10.0)
+    for now in (11.0, 11.6):
+        assert not others.away
+        others.commanded(now, SENT + way)
+        others.take(SENT, SENT + way, now + 0.3, waited_for=waited_for)
+    assert "the motors do not follow" in others.away
+
+
 def test_motors_near_their_slow_commands_may_rest(others):
     others.take(SENT, SENT, 19.0)
     assert drive(others, 0.04, 0.0) is None
@@ -278,3 +297,21 @@ def test_who_contradicts_another_in_that_while_is_found_sooner(others, proved, m
     for number in range(10):  # nor are they begun with where one of them goes on
         assert not others.take(ELSEWHERE, SENT, now + 0.1 * number)
         assert "in two places" in others.away
+
+
+@pytest.mark.parametrize("begun", [True, False])
+def test_what_was_measured_before_the_node_has_begun_there_counts_no_more(others, begun):
+    for number, motors in enumerate([SENT, ELSEWHERE] * 3):
+        if begun and number == 5:
+            others.begin(SENT)
+        others.take(motors, SENT, 10.0 + 0.45 * number)
+    assert ("in two places" in others.away) == (not begun)
+
+
+def test_motors_that_are_held_where_the_node_has_begun_are_begun_with_every_time(others):
+    """However far the first command leads."""
+    for now in (10.0, 20.0, 30.0):
+        take_for_long(others, ELSEWHERE, now)
+        assert others.take(ELSEWHERE, SENT, now + SETTLING)
+        others.begin(ELSEWHERE)
+        others.commanded(now + 5.0, SENT)
