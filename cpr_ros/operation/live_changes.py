@@ -47,7 +47,7 @@ def apply_live(session: Session, live: LiveParameters, now: float) -> bool:
     if held and not session.moved_by_others.in_question:
         session.commands.repeatable = False  # else saying it again would move the motors
         session.orders.hold_commands()
-    if session.outgoing.waits and not forgotten:
+    if session.outgoing.waits:
         session.orders.hold_commands()  # on their way to where the robot was put
     session.measured.watchdog.timeout = live.measured_timeout
     session.commands.max_lead, session.commands.tolerance = live.max_lead, live.moved_tolerance

@@ -298,7 +298,9 @@ def test_a_trajectory_that_waits_for_motors_that_are_measured_no_more_fails(benc
     assert "the measured motors are older than" in endings[0].message
 
 
-def test_commands_on_their_way_wait_too_and_a_parameter_lets_them_not_go_on(bench):
+@pytest.mark.parametrize("asked", [False, True])
+def test_commands_on_their_way_wait_too_and_a_parameter_lets_them_not_go_on(bench, asked):
+    """Nor does it where a setpoint waits for them."""
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     commanded(session, home)
     apply(session, 2.9, 0.5)
@@ -309,7 +311,9 @@ def test_commands_on_their_way_wait_too_and_a_parameter_lets_them_not_go_on(benc
     np.testing.assert_allclose(np.abs(bench.commands[-1] - home).max(), 0.2, rtol=1e-5)
     assert bench.session.present.outcome.state == State.ALIGNING
     assert "the commands wait for a motor" in session.senses.unseen(bench.now)
-    apply_live(session, replace(LIVE, max_lead=0.0), bench.now)
+    if asked:
+        session.orders.follow(MotorGoal(session.robot, home), bench.now)
+    assert apply_live(session, replace(LIVE, max_lead=0.0), bench.now) == asked
     for _ in range(20):
         session.take_measured(home, bench.now)
         bench.tick()
