@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode
 from helpers.drive import PERIOD, SETTINGS, motorless_robot, robot
-from helpers.session_bench import FIXED, LIVE, Bench, still, stop, ticked, timed
+from helpers.session_bench import FIXED, LIVE, Bench, commanded, still, stop, ticked, timed
 from helpers.turntable import turntable
 
 from cpr_core import CprError, solve_forward, solve_home
+from cpr_ros.closed_loop.jogging import PlatformTwist
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import Action, State
@@ -318,6 +319,45 @@ def test_parameters_send_no_commands_that_a_wrench_holds_back(bench):
     session.orders.pause(False)
     assert bench.tick().state == State.ALIGNING
     assert len(bench.commands) == 1
+
+
+def test_parameters_do_not_move_motors_that_hold_a_pose_against_a_wrench(bench):
+    """Another timeout takes the wrench away: they would go where they hold it without."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    commanded(session, home.motors)
+    bench.push(3.0, 0.0, 0.0)
+    session.orders.follow(PoseGoal(session.robot, home.pose), bench.now)
+    held = replace(LIVE, wrench_timeout=5.0)
+    while bench.tick().state != State.IDLE:
+        assert not apply_live(session, held, bench.now)  # under way it is seen what becomes of it
+    sent, bench.now = len(bench.commands), bench.now + 1.0
+    assert not apply_live(session, held, bench.now)
+    assert apply_live(session, replace(LIVE, wrench_timeout=0.5), bench.now)
+    for _ in range(5):
+        bench.tick()
+    assert sent and len(bench.commands) == sent
+
+
+def test_parameters_give_no_new_time_to_a_setpoint_that_has_just_become_too_old(bench):
+    """Between two ticks: the first of them would have halted."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    apply_live(session, replace(LIVE, settings=replace(SETTINGS, setpoint_timeout=0.1)), bench.now)
+    commanded(session, home)
+    session.orders.follow(MotorGoal(session.robot, home + 0.5), bench.now)
+    assert bench.tick().state == State.FOLLOWING
+    bench.now += 0.2
+    assert apply_live(session, LIVE, bench.now)
+    assert bench.tick().state == State.IDLE
+    assert len(bench.commands) == 1
+
+
+def test_only_another_timeout_of_twists_ends_a_twist(bench):
+    session = bench.session
+    commanded(session, session.solver.current.equilibrium.motors)
+    session.orders.jog(PlatformTwist(0.01 * np.eye(6)[3], in_platform=False), bench.now)
+    assert bench.tick().state == State.FOLLOWING
+    assert not apply_live(session, replace(LIVE, max_lead=0.5), bench.now)
+    assert apply_live(session, replace(LIVE, twist_timeout=2.0 * LIVE.twist_timeout), bench.now)
 
 
 def test_an_empty_trajectory_ends_the_way_home(bench):
