@@ -25,7 +25,7 @@ def lines_of(markers: MarkerArray) -> RobotLines:
     by_name: dict[str, list[Marker]] = {}
     for marker in markers.markers:
         by_name.setdefault(marker.ns, []).append(marker)
-    legs = sorted(by_name.get("legs", []), key=lambda marker: marker.id)
+    legs = by_name.get("legs", [])
     links = [_points(marker.points) for marker in by_name.get("links", [])]
     joints = [_points(marker.points) for marker in by_name.get("joints", [])]
     tones = [color for marker in by_name.get("joints", []) for color in marker.colors]

@@ -78,6 +78,7 @@ def test_a_goal_orders_what_the_library_makes_of_it(orders, tmp_path):
     assert (order.file, order.resume, order.objective) == (tmp_path / "map.nc", False, None)
     assert order.start is orders.solver.current.equilibrium
     assert order.loads is order.start.loads
+    assert orders.order(tolerance=0.0, threshold=0.0).threshold == 0.0
 
 
 def test_motors_are_axes_or_held(tmp_path):

@@ -181,6 +181,7 @@ def test_a_trajectory_that_waits_ends_where_others_move_the_motors(bench):
 def test_one_wrong_measurement_ends_nothing_and_halts_nothing(bench):
     """A glitch of an encoder ended a trajectory that waited for its time."""
     session, home = bench.session, bench.session.solver.current.equilibrium
+    apply_live(session, replace(LIVE, max_lead=0.0), bench.now)
     endings = waiting(bench, 2.0)
     measured_for(bench, home.motors)
     bench.now += 0.1

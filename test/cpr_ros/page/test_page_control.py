@@ -11,7 +11,7 @@ from cpr_ros.page.page_control import PageControl
 
 def test_only_who_is_in_control_is_heard():
     control = PageControl()
-    assert not control.ask(0, 1.0)
+    assert not control.ask(2, 1.0) and not control.asks
     control.take()
     assert control.ask(0, 1.0)
     assert control.ask(1, 2.0)
