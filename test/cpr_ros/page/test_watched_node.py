@@ -37,7 +37,11 @@ def test_who_was_held_up_does_not_call_a_node_gone():
     """What came meanwhile is heard behind the first look."""
     presence = Presence()
     presence.hear(4.0)
-    assert [presence.seen(5.9), presence.seen(6.1), presence.seen(6.2)] == ["there", "there", "gone"]
+    assert [presence.seen(5.9), presence.seen(6.1), presence.seen(6.2)] == [
+        "there",
+        "there",
+        "gone",
+    ]
     presence = Presence(silence=1.0)
     presence.hear(5.0)
     assert presence.seen(5.1) == "there"
