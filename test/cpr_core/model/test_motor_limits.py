@@ -30,10 +30,10 @@ def test_they_are_those_of_every_motor_at_many_places_at_once():
         at, effort = motors[place], efforts[place]
         ranges = [at[0] - 0.1, 6.9 - at[0], at[3] + 1.0, 6.0 - at[3]]
         expected = np.array(ranges) / units[[0, 0, 3, 3]]
-        np.testing.assert_allclose(left[place], expected, rtol=1e-13, atol=1e-15)
+        np.testing.assert_allclose(left[place], expected, rtol=1e-14)
         shares = effort[1] / 2.0, effort[3] / 0.5
         borne = [1.0 + sign * share for share in shares for sign in (1.0, -1.0)]
-        np.testing.assert_allclose(reserves[place], borne, rtol=1e-13, atol=1e-15)
+        np.testing.assert_allclose(reserves[place], borne, rtol=1e-14)
     np.testing.assert_array_equal(limits.motors, [0, 0, 1, 1, 3, 3, 3, 3])
     np.testing.assert_array_equal(limits.of_effort, [0, 0, 1, 1, 0, 0, 1, 1])
     np.testing.assert_array_equal(limits.upper, [False, True] * 4)
