@@ -28,7 +28,7 @@ from ..following.pose_coordinates import pose_coordinates
 from ..following.supervision import State
 from .measured_pose import MeasuredPose
 from .pose_history import PoseHistory
-from .several_cameras import TURN, LatePoses
+from .several_cameras import TURN, RecentPoses
 
 __all__ = ["Loop", "LoopSettings", "LoopStatus", "PoseLoop"]
 
@@ -114,7 +114,7 @@ class PoseLoop:
         """
         self.coordinates, self._period = pose_coordinates(robot), period
         self._history = PoseHistory(self.coordinates)
-        self._several, self._late = False, LatePoses(self.coordinates)
+        self._several, self._recent = False, RecentPoses(self.coordinates)
         self._measured = MeasuredPose(self._history, settings.timeout)
         self._correction: Floats
         self._wanted: Floats
@@ -154,7 +154,7 @@ class PoseLoop:
         self.forget()
         self._measured.forget()
         self._distant, self._at_setpoint = "", False
-        self._late.forget()
+        self._recent.forget()
 
     def forget(self) -> None:
         """Correct nothing until a measured pose comes."""
@@ -216,7 +216,7 @@ class PoseLoop:
             # What was measured in the tick that led to it was so before the motors moved.
             self._at_setpoint = now - delay > self._noted_since + 0.5 * self._period
             if several and self._at_setpoint:
-                self._late.take(pose, error, now)
+                self._recent.take(pose, error, now)
             share = min(_LARGEST_SHARE, -math.expm1(-settings.gain * max(0.0, age)))
             needed = space.moved(space.nowhere, -error)
             self._wanted = space.moved(self._wanted, share * space.way(self._wanted, needed))
@@ -257,7 +257,7 @@ class PoseLoop:
         before = self._history.newest
         if wanted is not self._noted or waiting or before is None or before.waiting:
             self._at_setpoint, self._noted, self._noted_since = False, wanted, now
-            self._late.forget()
+            self._recent.forget()
         self._history.add(now, equilibrium, waiting)
 
     def status(self, goal: Goal | None, now: float) -> LoopStatus:
@@ -274,7 +274,7 @@ class PoseLoop:
             errors = self.coordinates.sizes(self.coordinates.way(measured.newest, goal.pose))
         apart = ""
         if self._several:
-            errors, apart = self._late.errors(goal.pose) or errors, self._late.apart()
+            errors, apart = self._recent.errors(goal.pose) or errors, self._recent.apart()
             at_setpoint = at_setpoint and now - self._noted_since >= TURN
         loop = Loop.FROZEN if text else Loop.CLOSED
         text = text or apart or measured.left_aside(now) or measured.clocks_differ

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..following.pose_coordinates import PoseCoordinates
 from .pose_history import PoseHistory, Sighting
 
-__all__ = ["LATENESS", "RESOLUTION", "TURN", "LatePoses", "SeveralCameras"]
+__all__ = ["LATENESS", "RESOLUTION", "TURN", "RecentPoses", "SeveralCameras"]
 
 Floats = NDArray[np.float64]
 
@@ -114,7 +114,7 @@ class SeveralCameras:
         self._problem, self._noticed = problem, now
 
 
-class LatePoses:
+class RecentPoses:
     """What several have measured of the platform at its setpoint, each of them in their turn."""
 
     def __init__(self, coordinates: PoseCoordinates) -> None:
