@@ -356,12 +356,8 @@ class Robot:
     @cached_array
     def limited_numbers(self) -> Integers:
         """Where the positions and efforts that ``motor_limits`` are about are in a record, (K,)."""
-        limits, positions, efforts = (
-            self.motor_limits,
-            self.arrays.motor_index,
-            self.state_size + EFFORT,
-        )
-        return limits.motors + np.where(limits.of_effort, efforts, positions)
+        limits, positions = self.motor_limits, self.arrays.motor_index
+        return limits.motors + np.where(limits.of_effort, self.state_size + EFFORT, positions)
 
     @cached_array
     def strain_limits(self) -> Floats:

@@ -99,7 +99,7 @@ def with_strain_margins(robot: Robot, of_motors: Floats, strains: Floats) -> Flo
 
     Args:
         robot: The robot.
-        of_motors: Of the limits of motors, from either end or from the nearest.
+        of_motors: Of the limits of motors, ``MotorLimitArrays.left``.
         strains: Largest bending strain of every rod, (..., R).
     """
     return np.concatenate([of_motors, strain_reserves(robot, strains)], axis=-1)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cpr_core import CprError, Equilibrium, Robot, WrenchEstimate, estimate_wrench
 from cpr_core.errors import distinct
+from cpr_core.kernels.twist_layout import FIRST_LINEAR
 from cpr_core.model.world_response import effort_units
 
 from .judged_steps import LARGEST_CHANGE
@@ -216,7 +217,7 @@ class FeltWrench:
         way = places[-1] - np.array(then)
         if not way.any():
             return position, rotation
-        motion, turns = near.jacobian @ way, near.robot.platform_axes < 3
+        motion, turns = near.jacobian @ way, near.robot.platform_axes < FIRST_LINEAR
         moved, turned = np.linalg.norm(motion[~turns]), np.linalg.norm(motion[turns])
         return float(np.hypot(position, moved)), float(np.hypot(rotation, turned))
 

@@ -17,6 +17,13 @@ from cpr_ros.following.supervision import BLIND, Action, State
 from cpr_ros.operation.live_changes import apply_live
 
 
+def measured_off(bench, off, ticks):
+    """Ticks in which motors are measured where they were sent, but for an offset."""
+    for _ in range(ticks):
+        bench.session.take_measured(bench.session.commands.newest + off, bench.now)
+        bench.tick()
+
+
 def lagging(bench, target, max_lead, time_constant, ticks):
     """Follow a setpoint with motors that lag; ways of commands from where they were measured last."""
     session, motors = bench.session, bench.session.solver.current.equilibrium.motors
@@ -81,9 +88,7 @@ def test_commands_wait_for_a_motor_that_is_beside_its_way(bench, off, motor):
     session, home = bench.session, bench.session.solver.current.equilibrium.motors
     commanded(session, home)
     session.orders.follow(MotorGoal(session.robot, home + [0.8, 0.0]), bench.now)
-    for _ in range(20):
-        session.take_measured(session.commands.newest, bench.now)
-        bench.tick()
+    measured_off(bench, 0.0, 20)
     place = session.commands.newest + off
     session.take_measured(place, bench.now)
     bench.tick()
@@ -96,9 +101,7 @@ def test_commands_wait_for_a_motor_that_is_beside_its_way(bench, off, motor):
         bench.now
     )
     assert session.verdict(bench.now).action == Action.SLOW
-    for _ in range(400):  # it is where it was sent again
-        session.take_measured(session.commands.newest, bench.now)
-        bench.tick()
+    measured_off(bench, 0.0, 400)  # it is where it was sent again
     np.testing.assert_array_equal(bench.commands[-1], home + [0.8, 0.0])
 
 
@@ -107,9 +110,7 @@ def test_a_motor_that_stays_beside_its_way_ends_what_waits_for_it(bench):
     commanded(session, home)
     session.orders.follow(MotorGoal(session.robot, home + [0.8, 0.0]), bench.now)
     bench.tick()
-    for _ in range(200):
-        session.take_measured(session.commands.newest - [0.0, 0.3], bench.now)
-        bench.tick()
+    measured_off(bench, [0.0, -0.3], 200)
     assert session.follower.goal is None
     assert "the motors do not follow: one was measured 0.3 " in session.orders.left_behind
 
@@ -121,9 +122,7 @@ def test_who_lets_motors_be_anywhere_waits_for_none(bench, tolerances):
     commanded(session, home)
     session.orders.follow(MotorGoal(session.robot, home + [0.3, 0.0]), bench.now)
     bench.tick()
-    for _ in range(80):
-        session.take_measured(session.commands.newest - [0.0, 0.3], bench.now)
-        bench.tick()
+    measured_off(bench, [0.0, -0.3], 80)
     np.testing.assert_array_equal(bench.commands[-1], home + [0.3, 0.0])
 
 
