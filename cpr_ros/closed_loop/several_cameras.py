@@ -115,39 +115,50 @@ class SeveralCameras:
 
 
 class RecentPoses:
-    """What several have measured of the platform at its setpoint, each of them in their turn."""
+    """What several have measured of the platform at its setpoint, each of them in their turn.
+
+    What they say together is found once for every pose that comes: it is asked for several times a tick.
+    """
 
     def __init__(self, coordinates: PoseCoordinates) -> None:
         """Know of none."""
         self._space = coordinates
         self._poses: deque[tuple[float, Floats, Floats]] = deque()
+        #: The setpoint that errors were found for, and these; None: not since the last pose.
+        self._found: tuple[Floats, tuple[float, float]] | None = None
+        self._apart: float | None = None
 
     def forget(self) -> None:
         """The platform is elsewhere."""
         self._poses.clear()
+        self._found = self._apart = None
 
     def take(self, pose: Floats, error: Floats, now: float) -> None:
         """Take a measured pose, and its way from the model of then, at a steady time [s]."""
         self._poses.append((now, pose, error))
         while now - self._poses[0][0] > TURN:
             self._poses.popleft()
+        self._found = self._apart = None
 
     def errors(self, wanted: Floats) -> tuple[float, float] | None:
         """How far the farthest is from a setpoint [m], [rad]; None: nothing is known."""
-        sizes = [self._space.sizes(self._space.way(pose, wanted)) for _, pose, _ in self._poses]
-        if not sizes:
+        if not self._poses:
             return None
-        position, rotation = np.max(sizes, axis=0).tolist()
-        return position, rotation
+        if self._found is None or not np.array_equal(self._found[0], wanted):
+            sizes = [self._space.sizes(self._space.way(pose, wanted)) for _, pose, _ in self._poses]
+            position, rotation = np.max(sizes, axis=0).tolist()
+            self._found = wanted.copy(), (position, rotation)
+        return self._found[1]
 
     def apart(self) -> str:
         """How far they are from each other, in words; empty: they agree."""
-        apart = 0.0
-        for _, _, error in self._poses:
-            apart = max(apart, self._space.size(error - self._poses[-1][2]))
-        if apart <= _AGREED:
+        if self._apart is None:
+            errors = [error for _, _, error in self._poses]
+            ways = (self._space.size(error - errors[-1]) for error in errors)
+            self._apart = max(ways, default=0.0)
+        if self._apart <= _AGREED:
             return ""
         return (
-            f"several publish the measured pose, and differ by {apart:.2g} rod lengths or rad: between "
-            "them is where the platform is held"
+            f"several publish the measured pose, and differ by {self._apart:.2g} rod lengths or rad: "
+            "between them is where the platform is held"
         )

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 from helpers.closed_loop import TARGET
 
+from cpr_core import load_robot, solve_home
 from cpr_ros.closed_loop.measured_arrival import MeasuredArrival
 from cpr_ros.closed_loop.pose_loop import Loop
+from cpr_ros.closed_loop.several_cameras import RecentPoses
+from cpr_ros.following.pose_coordinates import pose_coordinates
 
 
 def arrivals(bench, apart, tolerance, seconds=4.0):
@@ -52,3 +55,28 @@ def test_two_cameras_that_part_and_agree_again_are_told_as_long_as_they_are_apar
     bench.run(3.0)
     np.testing.assert_allclose(bench.status.position_error, 0.0, atol=1e-5)
     assert bench.status.text == ""
+
+
+def test_what_several_say_is_found_once_for_every_pose(monkeypatch):
+    """It is asked for several times a tick, of a hundred poses and more."""
+    home = solve_home(load_robot("six_rfs"))
+    space = pose_coordinates(home.robot)
+    poses, nowhere = RecentPoses(space), space.way(home.pose, home.pose)
+    assert poses.errors(home.pose) is None and poses.apart() == ""
+    for number, off in enumerate([0.0, 0.03, 0.01]):
+        shift = np.eye(len(nowhere))[0] * off
+        poses.take(space.moved(home.pose, shift), shift, 1.0 + 0.1 * number)
+    position, rotation = poses.errors(home.pose)
+    assert (position, rotation) == (pytest.approx(0.03), pytest.approx(0.0, abs=1e-7))
+    assert "differ by 0.02 " in poses.apart()
+    with monkeypatch.context() as patched:
+        patched.setattr(space, "way", None)
+        patched.setattr(space, "size", None)
+        assert poses.errors(home.pose.copy()) == (position, rotation)
+        assert "differ by 0.02 " in poses.apart()
+    ahead = space.moved(home.pose, np.eye(len(nowhere))[0] * 0.1)
+    assert poses.errors(ahead)[0] == pytest.approx(0.1)
+    poses.take(home.pose, nowhere, 1.3)
+    assert "differ by 0.03 " in poses.apart()
+    poses.take(home.pose, nowhere, 1.65)  # the first two are forgotten
+    assert poses.errors(home.pose)[0] == pytest.approx(0.01)
