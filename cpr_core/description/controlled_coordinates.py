@@ -129,7 +129,8 @@ def meant_by(
         InvalidQuaternion: A quaternion far from unit length.
     """
     given = dict(zip(numbers_of(controlled), pose.tolist(), strict=True))
-    position = np.array([given.get(name, at) for name, at in zip(_PLACE, position, strict=True)])
+    x, y, z = position.tolist()
+    position = np.array([given.get("x", x), given.get("y", y), given.get("z", z)])
     if "orientation" in controlled:
         rotation = rotation_from_quaternion([given[name] for name in _QUATERNION])
     elif "angle" in controlled:

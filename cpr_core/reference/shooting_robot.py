@@ -44,7 +44,7 @@ class ShootingUnits(NamedTuple):
         return ShootingState(motors, wrenches / self.wrench, rotation, position / self.length)
 
     def with_dimensions(self, state: ShootingState) -> ShootingState:
-        """A state of the kernel in SI units."""
+        """States of the kernel in SI units: one, or arrays of many with a leading dimension."""
         return state._replace(
             wrenches=self.wrench * state.wrenches, position=self.length * state.position
         )

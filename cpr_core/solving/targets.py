@@ -224,8 +224,10 @@ class PoseTarget:
             ways = np.abs(self.motors - start.motors) / robot.motor_units
             way = float(ways[list(robot.held_motors)].max())
         moved = max(map(abs, (self.position - start.platform_position).tolist()))
-        cosine = 0.5 * (float(np.vdot(self.rotation, start.platform_rotation)) - 1.0)
-        turned = math.acos(min(max(cosine, -1.0), 1.0))
+        turned = 0.0
+        if self.rotation is not start.platform_rotation:  # as it is, where no turn is controlled
+            cosine = 0.5 * (float(np.vdot(self.rotation, start.platform_rotation)) - 1.0)
+            turned = math.acos(min(max(cosine, -1.0), 1.0))
         return max(moved / robot.mean_length, turned, way)
 
     def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
