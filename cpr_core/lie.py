@@ -21,6 +21,7 @@ from .validation import checked_matrix, checked_vector
 __all__ = [
     "ROTATION_TOLERANCE",
     "angle_motions",
+    "checked_quaternion",
     "directions_across",
     "nearest_rotation",
     "projected_rotation",
@@ -169,8 +170,8 @@ def _unit_quaternion(rotation: ArrayLike) -> tuple[float, float, float, float]:
     return scale * w, scale * x, scale * y, scale * z
 
 
-def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
-    """Rotation matrix of a unit quaternion (w, x, y, z).
+def checked_quaternion(quaternion_wxyz: ArrayLike) -> list[float]:
+    """Components w, x, y, z of a unit quaternion, whose length is one to the last digit.
 
     Raises:
         InvalidRequest: Not four numbers.
@@ -183,7 +184,12 @@ def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
         raise InvalidQuaternion(
             "quaternion", f"expected unit length, got norm {norm:g} of {quaternion}"
         )
-    w, x, y, z = [number / norm for number in quaternion]
+    return [number / norm for number in quaternion]
+
+
+def rotation_from_quaternion(quaternion_wxyz: ArrayLike) -> NDArray[np.float64]:
+    """Rotation matrix of a unit quaternion (w, x, y, z); raises as `checked_quaternion` does."""
+    w, x, y, z = checked_quaternion(quaternion_wxyz)
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

@@ -125,12 +125,16 @@ def checked_vector(
         InvalidRequest: Not numbers, or not ``size`` of them.
         NonFiniteInput: A NaN or an infinity among them.
     """
+    if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (size,):
+        floats: NDArray[np.float64] = value.copy()
+        if _finite(floats):
+            return read_only(floats)  # at once, as nearly always: no words are wanted
     expected = f"expected {_counted(size, meaning)}"
     vector = checked_floats(name, value, expected)
     if vector.shape != (size,):
         count = vector.size if vector.ndim == 1 else f"an array of shape {vector.shape}"
         raise InvalidRequest(name, f"{expected}, got {count}")
-    if not all(map(math.isfinite, vector.tolist())):  # faster than numpy on so few numbers
+    if not _finite(vector):
         raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
     return read_only(vector)
 
@@ -209,6 +213,10 @@ def _number(name: str, value: object, expected: str) -> float:
         return float(value)
     except OverflowError:
         raise InvalidRequest(name, f"expected {expected}, got {value!r:.200}") from None
+
+
+def _finite(vector: NDArray[np.float64]) -> bool:
+    return all(map(math.isfinite, vector.tolist()))  # faster than numpy on so few numbers
 
 
 def _counted(count: int, meaning: str) -> str:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .chain import ChainRod, Link
 from .controlled_coordinates import CONTROLLED_COORDINATES
 from .leg_description import LegDescription
-from .other_units import FAR, MILLIMETRES, ORDER, degrees_doubt, longest_rod, motor_doubt, reach_of
+from .other_units import FAR, MILLIMETRES, ORDER, degrees_doubt, motor_doubt, reach_of
 from .robot_description import RobotDescription
 
 __all__ = [
@@ -55,7 +55,7 @@ def motors_doubt(description: RobotDescription, motors: Floats, near: Sequence[F
         motors: (n,) [rad or m].
         near: Motors where the robot is, or is sent, (n,) each.
     """
-    longest = longest_rod(description)
+    longest = description.longest_rod
     for number, motor in enumerate(description.motors):
         position, limits = float(motors[number]), motor.limits
         doubt = motor_doubt(motor, position, longest)
@@ -77,7 +77,7 @@ def position_doubt(description: RobotDescription, position: Floats, near: Sequen
         position: (3,) [m].
         near: Positions where the platform is, or is sent, (3,) each.
     """
-    far = FAR * longest_rod(description)
+    far = FAR * description.longest_rod
     if any(math.dist(position, place) <= far for place in near):
         return ""  # at once, as of nearly all there are
     middle = reach_of(description)[1]

@@ -22,7 +22,6 @@ __all__ = [
     "degrees_doubt",
     "doubtful_lead",
     "in_other_units",
-    "longest_rod",
     "motor_doubt",
     "reach_of",
     "way_doubt",
@@ -66,12 +65,7 @@ def doubtful_lead(unit: str, moves: str, ratio: float, length: float) -> bool:
 def reach_of(description: RobotDescription) -> tuple[float, Floats]:
     """Longest rod [m], and the middle of the bases (3,) [m]."""
     middle = np.mean([leg.base_position for leg in description.legs], axis=0)
-    return longest_rod(description), middle
-
-
-def longest_rod(description: RobotDescription) -> float:
-    """Length of the longest rod [m]."""
-    return max(element.rod.length for element in description.rods)
+    return description.longest_rod, middle
 
 
 def degrees_doubt(name: str, angle: float) -> str:

@@ -23,7 +23,6 @@ from .other_units import (
     MILLIMETRES,
     ORDER,
     doubtful_lead,
-    longest_rod,
     motor_doubt,
     reach_of,
     way_doubt,
@@ -203,7 +202,7 @@ def check_places(part: Part, description: RobotDescription) -> None:
 
 def check_tolerance(part: Part, description: RobotDescription) -> None:
     """Whether the error that modes are chosen for is small beside the rods."""
-    longest = longest_rod(description)
+    longest = description.longest_rod
     if _COARSE * longest <= description.tolerance < math.inf:
         coarse = f"{description.tolerance:g} m of rods of {longest:g} m: {MILLIMETRES}?"
         part.warn("strain.tolerance", coarse)

@@ -121,6 +121,11 @@ class RobotDescription:
         """Names of the rods of all legs: those of their legs, numbered where a leg has several."""
         return tuple(name for leg in self.legs for name in leg.rod_names)
 
+    @cached_property
+    def longest_rod(self) -> float:
+        """Length of the longest rod [m]."""
+        return max(element.rod.length for element in self.rods)
+
     @property
     def mean_length(self) -> float:
         """Mean rod length of a leg as described, of several rods together: the natural length [m]."""

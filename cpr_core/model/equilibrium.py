@@ -156,6 +156,10 @@ class Equilibrium(ModelState):
         in radians. Empty where the inverse problem has no single solution. The whole platform is
         ``platform_position`` with ``platform_rotation`` or ``platform_quaternion``.
         """
+        return self._pose.copy()
+
+    @cached_array
+    def _pose(self) -> Floats:
         position, rotation = self.platform_position, self.platform_rotation
         controlled = self.robot.description.controlled
         return pose_of(controlled, position, rotation, lambda: self.platform_quaternion)

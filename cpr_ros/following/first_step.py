@@ -14,9 +14,6 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cpr_core import Robot
 from cpr_core.model.assessment import Assessment
 
@@ -78,17 +75,12 @@ class FirstStep:
             self._free = self._judged(self._around)
             self.due = now + _BREATH
 
-    def aim(self, current: Assessment, now: float) -> NDArray[np.float64] | None:
-        """Where the next tick takes the motors, (n,) [rad or m]; None: that has to be solved first.
+    def knows(self, current: Assessment) -> bool:
+        """Whether any first step from where the robot is has been judged: the follower's aim is safe.
 
         Args:
             current: Where the robot is.
-            now: Steady time [s].
         """
-        return self._follower.aim(current, now) if self.knows(current) else None
-
-    def knows(self, current: Assessment) -> bool:
-        """Whether any first step from where the robot is has been judged."""
         return self._follower.watched in self._free and self._looked_from(current)
 
     def _judged(self, around: Surroundings) -> frozenset[tuple[str, ...]]:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from cpr_core import InvalidQuaternion, InvalidRequest, Robot
 from cpr_core.description.controlled_coordinates import pose_of
-from cpr_core.lie import rotation_from_quaternion
+from cpr_core.lie import checked_quaternion, rotation_from_quaternion
 from cpr_core.validation import checked_vector
 
 from ..error_codes import RequestError
@@ -111,12 +112,15 @@ def controlled_pose(
     controlled, rotation = robot.description.controlled, _UNTURNED
     values = dict(zip("xyz", pose.position, strict=True))
     read = [name for name in controlled if name in values]
-    checked_vector(
-        f"{where}pose.position", [values[name] for name in read], len(read), " ".join(read)
-    )
+    place = [values[name] for name in read]
+    if not all(map(math.isfinite, place)):
+        checked_vector(f"{where}pose.position", place, len(read), " ".join(read))
     if len(read) < len(controlled):
         try:
-            rotation = rotation_from_quaternion(pose.orientation)
+            if "orientation" in controlled:
+                checked_quaternion(pose.orientation)
+            else:
+                rotation = rotation_from_quaternion(pose.orientation)
         except InvalidRequest as error:
             raise type(error)(f"{where}pose.orientation", error.problem) from None
         if robot.planar and 1.0 - rotation[2, 2] > tilt:

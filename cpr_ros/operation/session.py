@@ -209,7 +209,7 @@ class Session:
         if not self.first_step.knows(current):
             return None
         self._be_cautious(now)
-        aim, goal = self.first_step.aim(current, now), self.follower.goal
+        aim, goal = self.follower.aim(current, now), self.follower.goal
         if aim is None or not self.loop.at_rest(goal) or self.jogger.drives(goal):
             return None  # the goal is another in this tick
         if not self.wrench.at_rest(current.equilibrium.loads):
