@@ -80,8 +80,12 @@ def smallest_eigenvalue(pencil, measure, low, guided):
     for _ in range(_HALVINGS):
         _lanczos(pencil, measure)
         value, residual = _iterate(pencil, measure, low)
-        below = eliminate_pencil(pencil, measure, value - _CERTAIN)
-        if below == 1 or (below == 0 and residual > _SMALL_RESIDUAL):
+        if not math.isfinite(value):
+            return math.nan
+        below = 1
+        if not residual > _SMALL_RESIDUAL:  # else it is not the eigenvalue to so many digits yet
+            below = eliminate_pencil(pencil, measure, value - _CERTAIN)
+        if below == 1:
             value, certain = _settle(pencil, measure, max(low, value - _NEAR))
             below = 0 if certain else 1
         if not abs(value) < _LARGEST:
@@ -121,7 +125,8 @@ def _settle(pencil, measure, shift):
     If several are below that shift, it would lead to any of them: nothing is tried.
 
     Returns:
-        The Rayleigh quotient (not finite: failed), and whether it is the smallest eigenvalue.
+        The Rayleigh quotient, or the shift where nothing was tried (not finite: failed), and whether it
+        is the smallest eigenvalue.
     """
     value = math.nan
     for k in range(_ITERATIONS):
@@ -129,7 +134,7 @@ def _settle(pencil, measure, shift):
         if k > 0 and below == 0:
             return value, True
         if k == 0 and below > 1:
-            break
+            return shift, False
         before = value
         value, _ = _iterate(pencil, measure, shift)
         if not math.isfinite(value) or abs(value - before) <= _CERTAIN:
