@@ -59,7 +59,8 @@ class UniversalInChain(DescribedJoint):
             raise part.fail("joint", "universal joints need a spatial robot")
         axes = [part.direction_of(f"axes[{i}]", axis) for i, axis in enumerate(part.get("axes"))]
         if abs(axes[0] @ axes[1]) > 0.999:
-            raise part.fail("axes", f"expected two directions, got {part.get('axes')}")
+            problem = f"expected two directions that are not parallel, got {part.get('axes')}"
+            raise part.fail("axes", problem)
         single = [part.path_of(name) for name in (*_OF_MOTORS, *_OF_SPRINGS)]
         turns = []
         for number, axis in enumerate(axes):

@@ -89,7 +89,7 @@ WRONG = {
         ["legs", 0, "chain", 2, "axes"],
         [[0, 1, 0], [0, -1, 0]],
         "legs[0].chain[2].axes",
-        "expected two directions",
+        "expected two directions that are not parallel",
     ),
     "one motor for two axes": (
         "six_rus",
