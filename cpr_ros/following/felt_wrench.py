@@ -41,6 +41,8 @@ _SAME_TIME = 0.1
 _SPEED_OVER = 0.008
 #: After this time without efforts the last estimate is no start for the next one [s].
 _FORGET = 0.5
+#: A reason that comes back within this time has not been over: speeds tremble around their limit [s].
+_SETTLED = 0.2
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ class FeltWrench:
         self._path: deque[tuple[float, Floats]] = deque()
         self._pose: tuple[float, Floats] | None = None
         self._reason, self._rests_until = "", 0.0
-        self._kind, self._announced = "", Announced()
+        self._kind, self._announced = "", Announced(_SETTLED)
 
     @property
     def settings(self) -> WrenchSettings:
@@ -170,7 +172,7 @@ class FeltWrench:
         """What the log is to be told now."""
         kind, reason = self._why(now)
         warning = f"no wrench is estimated: {reason}" if kind else ""
-        return self._announced.news(warning, "the wrench is estimated", kind)
+        return self._announced.news(warning, "the wrench is estimated", kind, now)
 
     def _why(self, now: float) -> tuple[str, str]:
         """The kind of reason for which there is no estimate, and the reason."""

@@ -167,6 +167,27 @@ def test_efforts_in_other_units_silence():
     assert measured.felt.announcement(measured.now) == ("", "the wrench is estimated")
 
 
+def test_what_comes_and_goes_is_told_once():
+    """As a motor whose speed trembles around wrench_max_speed makes it, many times a second."""
+    measured = Measured()
+    told = []
+    for step in range(200):
+        measured.now += 0.01
+        for kind in ("speed", "search")[: step % 3]:
+            measured.felt.refuse(kind, f"reason of {kind}")
+            told.append(measured.felt.announcement(measured.now))
+        assert measured.take() is not None
+        told.append(measured.felt.announcement(measured.now))
+    warnings = [f"no wrench is estimated: reason of {kind}" for kind in ("speed", "search")]
+    assert [news for news in told if any(news)] == [(warning, "") for warning in warnings]
+    measured.now += 0.3
+    assert measured.take() is not None
+    assert measured.felt.announcement(measured.now) == ("", "the wrench is estimated")
+    assert measured.felt.announcement(measured.now) == ("", "")
+    measured.felt.refuse("speed", "it moves again")
+    assert "it moves again" in measured.felt.announcement(measured.now).warning
+
+
 def test_nothing_is_told_where_nothing_is_felt():
     measured = Measured(effort_deviation=10.0)
     assert measured.take() is None
