@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import scipy
@@ -27,7 +26,7 @@ from ..solving.geometrico_statics import solve_forward
 from .compared import ComparedRow, measured_numbers, predicted_numbers
 from .compared_layout import KINDS, kinds_of
 from .effort_doubts import BETTER, THOUSAND, other_efforts
-from .measurements import Measurement, StandardDeviations
+from .measurements import Measurement, StandardDeviations, changed_measurement
 from .tracker_rates import of_tracker
 
 __all__ = [
@@ -387,8 +386,8 @@ def _other_efforts(rows: Sequence[ComparedRow], described: Sequence[Equilibrium]
     for reading in other_efforts(described[0].robot, measured, modelled):
         left = []
         for row, efforts, found in pairs:
-            meant: Any = [None if math.isnan(each) else each for each in reading.factors * efforts]
-            other = replace(row, measurement=replace(row.measurement, efforts=meant))
+            meant = changed_measurement(row.measurement, efforts=reading.factors * efforts)
+            other = replace(row, measurement=meant)
             left.append(np.linalg.norm(other.residual(found)))
         if np.linalg.norm(left) < BETTER * before:
             return reading.doubt

@@ -29,6 +29,7 @@ __all__ = [
     "Frame",
     "Measurement",
     "StandardDeviations",
+    "changed_measurement",
     "checked_deviations",
     "checked_measurements",
     "driven_by",
@@ -215,7 +216,7 @@ def checked_measurements(robot: Robot, rows: Sequence[Measurement]) -> tuple[Mea
         if not isinstance(row, Measurement):
             problem = f"expected a Measurement, got {row!r:.80}"
             raise InvalidRequest(f"measurements[{number}]", problem)
-        named = row if row.label else _changed(row, label=f"measurements[{number}]")
+        named = row if row.label else changed_measurement(row, label=f"measurements[{number}]")
         for name in ("motors", "efforts"):
             value = getattr(row, name)
             if value is not None and len(value) != robot.motor_count:
@@ -239,12 +240,12 @@ def _with_shared_loads(rows: tuple[Measurement, ...]) -> tuple[Measurement, ...]
             continue
         same = next((loads for loads in known if not loads.differences(row.loads)), None)
         known += [row.loads] if same is None else []
-        found.append(row if same is None else _changed(row, loads=same))
+        found.append(row if same is None else changed_measurement(row, loads=same))
     return tuple(found)
 
 
-def _changed(row: Measurement, **fields: Any) -> Measurement:
-    """The same with other fields that need no check."""
+def changed_measurement(row: Measurement, **fields: Any) -> Measurement:
+    """The same with other fields that need no check: what was not measured is NaN in them."""
     copied = object.__new__(Measurement)
     copied.__dict__.update(row.__dict__ | fields)
     return copied

@@ -16,6 +16,7 @@ from helpers.simulated_measurements import DEVIATIONS, PATHS, equilibria, measur
 from cpr_core import (
     CalibrationWarning,
     InvalidRequest,
+    Measurement,
     NotReached,
     TimeLimitExceeded,
     calibrate,
@@ -219,6 +220,19 @@ def test_calibrations_tell_them_of_all_rows_together(gear):
     assert doubts(np.ones(robot.motor_count)) == ()
     words = "efforts look like those behind the gear: motor" if gear else SIGN
     assert any(doubt.startswith(words) for doubt in doubts(factors))
+
+
+def test_calibrations_name_the_sign_where_not_all_is_measured():
+    """As in files of planar robots, which have no column for the height."""
+    robot = load_robot("rfrfr")
+    rows = []
+    for change in (-0.1, 0.0, 0.1, 0.2):
+        at = solve_forward(robot, solve_home(robot).motors + change)
+        place, efforts = [*at.platform_position[:2], None], [-at.efforts[0], None]
+        rows.append(Measurement(motors=at.motors, position=place, efforts=efforts))
+    with pytest.warns(CalibrationWarning):
+        found = calibrate(robot, rows, PATHS[:1], replace(DEVIATIONS, efforts=1e-4))
+    assert SIGN in found.doubts
 
 
 def test_calibrations_that_are_refused_for_units_name_the_screw():
