@@ -23,14 +23,8 @@ from ..model.robot import Robot, checked_robot
 from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
-from .doubts import (
-    check_measured,
-    fit_doubts,
-    frame_doubts,
-    kind_doubts,
-    measured_doubts,
-)
 from .measured_equilibria import first_equilibria, followed
+from .measurement_doubts import check_measured, frame_doubts
 from .measurements import (
     Measurement,
     StandardDeviations,
@@ -46,7 +40,9 @@ from .number_doubts import (
     strayed,
 )
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
+from .residual_doubts import fit_doubts, kind_doubts
 from .robust_loss import Loss, checked_loss, variance_factor
+from .stuck_sensors import stuck_doubts
 from .tracker_alignment import aligned_tracker
 from .tracker_rates import of_tracker
 from .undetermined import knowledge, unseen_in_words
@@ -134,7 +130,7 @@ def calibrate(
     answer = solution(problem, limits, loss)
     doubts = [
         *frame_doubts(rows, paths),
-        *measured_doubts(compared, before, problem.equilibria(answer)),
+        *stuck_doubts(compared, before, problem.equilibria(answer)),
     ]
     found = _result(problem, answer, limits, loss, doubts)
     found = replace(found, start=values)  # of a tracker it was begun elsewhere

@@ -29,8 +29,8 @@ from ..solving.solve_from import solve_from
 from ..solving.targets import MotorTarget
 from .compared import measured_numbers, predicted_numbers
 from .compared_layout import POSE, joined
-from .doubts import unit_doubt
 from .effort_doubts import BETTER
+from .measurement_doubts import unit_doubt
 from .measurements import DrivenBy, Measurement, driven_by
 
 __all__ = ["first_equilibria", "followed"]

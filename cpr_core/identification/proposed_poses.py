@@ -27,7 +27,7 @@ from ..solving.not_reached import NotReached
 from ..solving.targets import apart
 from ..validation import ReadOnlyArrays, checked_count, checked_number
 from .compared import compared_row
-from .doubts import deviation_doubts
+from .measurement_doubts import deviation_doubts
 from .measurements import Frame, Measurement, StandardDeviations, checked_deviations
 from .number_doubts import hardly_told
 from .parameter_problem import natural_changes

@@ -23,8 +23,8 @@ from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, kept_with_robot
 from ..model.world_response import WorldResponse, effort_units, twist_units
 from ..validation import checked_vector
-from .doubts import plane_doubt
 from .effort_doubts import effort_unit_doubt, other_efforts
+from .measurement_doubts import plane_doubt
 from .measurements import LARGEST_DEVIATION, SMALLEST_DEVIATION
 from .residual_kernel import residual_into
 

@@ -12,26 +12,14 @@ from ..description.robot_description import RobotDescription
 from ..errors import InvalidRequest
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays
 from ..kernels.twist_layout import ANGULAR, LINEAR
-from ..rods.quadrature import SAME_STATION, RodGrid
+from ..rods.quadrature import SAME_STATION
+from .discretised_robot import DiscretisedRobot
 
 __all__ = ["load_arrays"]
 
 
-def load_arrays(
-    description: RobotDescription,
-    grid: RodGrid,
-    stations: tuple[float, ...],
-    rod_names: tuple[str, ...],
-    loads: Loads,
-) -> LoadArrays:
-    """Loads as arrays.
-
-    Args:
-        description: The robot.
-        grid: Its quadrature along the rods.
-        stations: Where forces on rods may begin, end or bend, s/l.
-        rod_names: Names of its rods.
-        loads: The loads.
+def load_arrays(robot: DiscretisedRobot, loads: Loads) -> LoadArrays:
+    """Loads as arrays; forces on rods may begin, end and bend at the robot's ``breakpoints``.
 
     Raises:
         InvalidRequest: No loads, loads that leave the plane of a planar robot, or forces on rods or at
@@ -39,7 +27,8 @@ def load_arrays(
     """
     if not isinstance(loads, Loads):
         raise InvalidRequest("loads", f"expected Loads, got {loads!r:.200}")
-    if description.planar:
+    description, grid = robot.description, robot.grid
+    if robot.planar:
         _check_planar(description, loads)
     rods, nodes = description.rods, len(grid.nodes)
     density = np.empty((len(rods), nodes, 3))
@@ -49,15 +38,15 @@ def load_arrays(
     for number, element in enumerate(rods):
         density[number] = mass_at[id(element.rod)] * loads.gravity + loads.rod_force
     for distributed in loads.distributed:
-        _check_stations("distributed", stations, distributed.at[1:-1].tolist())
-        rod = _rod_of("distributed", rod_names, distributed.leg)
+        _check_stations("distributed", robot.breakpoints, distributed.at[1:-1].tolist())
+        rod = _rod_of("distributed", robot.rod_names, distributed.leg)
         for axis in range(3):
             along = np.interp(grid.nodes, distributed.at, distributed.force[:, axis])
             density[rod, :, axis] += along
     for force in loads.points:
-        _check_stations("points", stations, [force.at])
+        _check_stations("points", robot.breakpoints, [force.at])
         before = np.append(grid.nodes < force.at, True)
-        point[_rod_of("points", rod_names, force.leg), before] += force.force
+        point[_rod_of("points", robot.rod_names, force.leg), before] += force.force
     # Integrals from a node to the tip; the last entry is the one from the base.
     beyond = np.vstack([grid.weights - grid.integration, grid.weights])
     platform = np.zeros(1, PLATFORM_LOADS)

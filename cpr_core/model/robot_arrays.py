@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.chain import ChainRod
-from ..description.robot_description import RobotDescription
 from ..kernels.kept_factors import kept_count
 from ..kernels.kernel_arrays import (
     Element,
@@ -28,9 +27,9 @@ from ..kernels.lanes import WIDTH, zeros_lanes
 from ..kernels.slots import COMPONENTS, SlotLayout, slot_layout
 from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid
 from ..rods.rod import Rod, StrainModes
+from .discretised_robot import DiscretisedRobot
 from .leg_groups import LegGroup, leg_groups
-from .platform_coordinates import PlatformCoordinates
-from .state_numbers import LegNumbers, StateNumbers
+from .state_numbers import LegNumbers
 
 __all__ = ["robot_arrays"]
 
@@ -43,21 +42,9 @@ _GROUP, _ELEMENT, _ROD = group_dtype(WIDTH), element_dtype(WIDTH), rod_dtype(WID
 _OF_LANES = tuple(name for name in _ELEMENT.names or () if _ELEMENT[name].shape)
 
 
-def robot_arrays(
-    description: RobotDescription,
-    grid: RodGrid,
-    coordinates: PlatformCoordinates,
-    numbers: StateNumbers,
-) -> RobotArrays:
-    """A robot as the kernels see it.
-
-    Args:
-        description: The robot.
-        grid: Quadrature of every rod.
-        coordinates: Motions of its platform.
-        numbers: Where everything is in its state.
-    """
-    return _Builder(description, grid, coordinates, numbers).build()
+def robot_arrays(robot: DiscretisedRobot) -> RobotArrays:
+    """A robot as the kernels see it."""
+    return _Builder(robot).build()
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,15 +117,13 @@ _kept_functions = lru_cache(maxsize=128)(_functions)
 class _Builder:
     """Fills the slots of the lanes, leg by leg."""
 
-    def __init__(
-        self,
-        description: RobotDescription,
-        grid: RodGrid,
-        coordinates: PlatformCoordinates,
-        numbers: StateNumbers,
-    ) -> None:
-        self.planar, self.grid, self.coordinates = description.planar, grid, coordinates
-        self.described, self.numbers = description.legs, numbers
+    def __init__(self, robot: DiscretisedRobot) -> None:
+        self.planar, self.grid, self.coordinates = (
+            robot.planar,
+            robot.grid,
+            robot.platform_coordinates,
+        )
+        self.described, self.numbers = robot.description.legs, robot.numbers
         self.position_axes = np.array([0, 1] if self.planar else [0, 1, 2])
         self.groups = leg_groups(self.described)
         self.values: dict[tuple[int, Hashable], _RodValues] = {}

@@ -24,7 +24,8 @@ from ..solving.not_reached import NoForwardSolution, NoInverseSolution
 from ..validation import checked_vector
 from .chain_shooting import solve_chains
 from .continuous_equilibrium import ContinuousEquilibrium
-from .shooting_kernel import ShootingState, shoot_along, shoot_at
+from .shooting_kernel import shoot_along, shoot_at
+from .shooting_linearisation import ShootingState
 from .shooting_method import ACCURATE, ShootingMethod
 from .shooting_robot import (
     check_robot,

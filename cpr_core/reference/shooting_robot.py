@@ -16,7 +16,7 @@ from ..description.loads import Loads
 from ..description.motors import RevoluteMotor
 from ..errors import InvalidRequest
 from ..model.robot import Robot
-from .shooting_kernel import Shooting, ShootingState, balance
+from .shooting_linearisation import Shooting, ShootingState, balance
 from .shooting_method import TABLEAUS, ShootingMethod
 
 __all__ = [

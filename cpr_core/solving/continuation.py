@@ -12,19 +12,14 @@ branch, or a jump, which is not taken. Near a fold the branch is followed by its
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-
-import numpy as np
-import scipy
 
 from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium
 from .bracketing import (
-    LOCATION,
     SAME_PLACE,
     along,
     bracket_by_arc_length,
@@ -32,14 +27,15 @@ from .bracketing import (
     distance,
     landing,
 )
+from .crossings import crossing_ways, several_cross, several_meet
 from .events import EventKind, PathEvent
-from .hidden_changes import Hidden, hidden_between, hidden_in_halves
-from .limits import Limit, grazes
-from .passed_events import differ, event_between, limit_passed
+from .hidden_changes import Hidden, hidden_between
+from .limits import Limit
+from .passed_events import differ, event_between, hidden_on_path, limit_passed
 from .path import OutOfTime, Path, Point, Tangent
 from .targets import Target
 
-__all__ = ["SINGULAR", "Walk", "follow"]
+__all__ = ["Walk", "follow"]
 
 #: Smallest path step before the branch is followed by arc length, as a fraction of a full step.
 SMALLEST_STEP = 1e-3
@@ -49,8 +45,6 @@ MOST_STEPS = 1000
 FINE = 4.0
 #: Arc lengths of the dimensionless state: first, longest and smallest step.
 FIRST_ARC, LONGEST_ARC, SMALLEST_ARC = 0.05, 0.5, 1e-7
-#: Smallest singular value of a dimensionless problem where branches may cross.
-SINGULAR = 1e-4
 SEVERAL = "several branches cross, none of them goes on alone"
 #: Steps by arc length around one place, and past folds.
 MOST_ARCS, MOST_ARCS_PAST_FOLDS = 300, 3000
@@ -197,7 +191,7 @@ class _Walker:
                 low, high = bracket_by_fraction(self.path, point, ahead, next_point)
                 regular = self.path.problem == "pose" or high is None or low.index == high.index
                 if high is None or not regular or distance(low, high) > SAME_PLACE:
-                    if self._several_cross(low):
+                    if several_cross(self.path, low):
                         raise self._ended_at_crossing(low, point, SEVERAL)
                     point = self._by_arc_length(point)  # the step had jumped over something
                 else:
@@ -207,67 +201,17 @@ class _Walker:
                 before = None
             else:
                 half = 0.5 * (ahead - point.fraction)
-                hidden = self._hidden(before, point, next_point)
+                hidden = hidden_on_path(self.path, before, point, next_point)
                 if hidden:
                     if half >= SMALLEST_STEP * longest:
                         step = half
                         continue
-                    if Hidden.SINGULARITY in hidden and self._several_meet(point, next_point):
+                    if Hidden.SINGULARITY in hidden and several_meet(self.path, point, next_point):
                         raise self._ended(point, "bifurcation", SEVERAL)
                 step = min(longest, 2.0 * max(2.0 * half, step))
                 before, point = point, next_point
             self._keep(point)
         return point
-
-    def _hidden(self, before: Point | None, point: Point, next_point: Point) -> Hidden:
-        """What may have happened, and been undone, between two points.
-
-        Args:
-            before: The point before them; None: there is none, a point in the middle tells instead.
-            point: A point.
-            next_point: The next one.
-        """
-        if grazes(point.margins, next_point.margins):
-            return Hidden.MARGIN
-        if not any(point.watched):
-            return Hidden.NOTHING
-        step = next_point.fraction - point.fraction
-        if before is not None and point.fraction - before.fraction > SMALLEST_STEP * step:
-            places = before.fraction, point.fraction, next_point.fraction
-            return hidden_between(places, (before.watched, point.watched, next_point.watched))
-        middle = self.path.at(point, point.fraction + 0.5 * step)
-        if middle is None or differ(point, middle):
-            return Hidden.MARGIN | Hidden.SINGULARITY
-        return hidden_in_halves(point.watched, middle.watched, next_point.watched)
-
-    def _several_meet(self, point: Point, next_point: Point) -> bool:
-        """Whether several branches meet between two neighbours, on symmetric ways of symmetric robots.
-
-        Two singular values pass zero together, so that no sign tells.
-        """
-        if self.path.problem != "pose" or not point.watched.singularity:
-            return False
-
-        def nearness(fraction: float) -> float:
-            between = self.path.at(point, fraction)
-            return np.inf if between is None else abs(between.watched.singularity[0])
-
-        ends = point.fraction, next_point.fraction
-        nearest = scipy.optimize.minimize_scalar(
-            nearness, bounds=ends, method="bounded", options={"xatol": LOCATION}
-        )
-        meeting = self.path.at(point, float(nearest.x))
-        return meeting is not None and self._several_cross(meeting)
-
-    def _several_cross(self, low: Point) -> bool:
-        """Whether more than two branches meet, as on symmetric paths of symmetric robots."""
-        return self._crossing_ways(low) > 1
-
-    def _crossing_ways(self, point: Point) -> int:
-        """In how many ways branches may go on at a point, to first order."""
-        if math.isnan(point.equilibrium.margin):  # what hangs is hardly held anywhere
-            return self.path.bent_ways(point, SINGULAR)
-        return int(np.sum(self.path.singular_values(point) < SINGULAR))
 
     @on_one_blas_thread
     def _by_arc_length(self, point: Point) -> Point:
@@ -305,7 +249,7 @@ class _Walker:
                 if low.fraction > 1.0 and arc > SMALLEST_ARC:
                     arc *= 0.5  # it happens beyond the end, which was stepped over
                     continue
-                if low.index != high.index and self._several_cross(low):
+                if low.index != high.index and several_cross(self.path, low):
                     raise self._ended_at_crossing(low, point, SEVERAL)
                 self._note(low, high)
                 if differ(high, next_point):  # something more happens within the step
@@ -376,7 +320,7 @@ class _Walker:
 
     def _lost(self, first: Point, last: Point) -> _Ended:
         """The end where no step succeeds."""
-        if not self._crossing_ways(last):
+        if not crossing_ways(self.path, last):
             return self._ended(last, "lost", "no equilibrium is near the last one on the way")
         return self._ended_at_crossing(last, first, "branches cross, none of them goes straight on")
 

@@ -6,10 +6,14 @@
 from __future__ import annotations
 
 from .events import EventKind, PathEvent
-from .limits import Limit, first_of, limit_error
+from .hidden_changes import Hidden, hidden_between, hidden_in_halves
+from .limits import Limit, first_of, grazes, limit_error
 from .path import Path, Point
 
-__all__ = ["differ", "event_between", "limit_passed"]
+__all__ = ["differ", "event_between", "hidden_on_path", "limit_passed"]
+
+#: A point before a step tells how values change if it is at least so far away, in lengths of the step.
+_NEAREST = 1e-3
 
 
 def differ(low: Point, high: Point) -> bool:
@@ -21,6 +25,29 @@ def differ(low: Point, high: Point) -> bool:
         or not high.violated <= low.violated
         or low.inverse_sign != high.inverse_sign
     )
+
+
+def hidden_on_path(path: Path, before: Point | None, point: Point, next_point: Point) -> Hidden:
+    """What may have happened, and been undone, between two points.
+
+    Args:
+        path: The path.
+        before: The point before them; None: there is none, a point in the middle tells instead.
+        point: A point.
+        next_point: The next one.
+    """
+    if grazes(point.margins, next_point.margins):
+        return Hidden.MARGIN
+    if not any(point.watched):
+        return Hidden.NOTHING
+    step = next_point.fraction - point.fraction
+    if before is not None and point.fraction - before.fraction > _NEAREST * step:
+        places = before.fraction, point.fraction, next_point.fraction
+        return hidden_between(places, (before.watched, point.watched, next_point.watched))
+    middle = path.at(point, point.fraction + 0.5 * step)
+    if middle is None or differ(point, middle):
+        return Hidden.MARGIN | Hidden.SINGULARITY
+    return hidden_in_halves(point.watched, middle.watched, next_point.watched)
 
 
 def limit_passed(low: Point, high: Point) -> Limit | None:

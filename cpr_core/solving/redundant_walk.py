@@ -20,7 +20,8 @@ from ..kernels.natural_units import LONGEST_STEP
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import KinematoStatics, kinemato_statics
-from .continuation import SINGULAR, Walk, follow
+from .continuation import Walk, follow
+from .crossings import SINGULAR
 from .deadline import Deadline
 from .descent import descend
 from .events import PathEvent

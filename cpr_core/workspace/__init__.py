@@ -5,7 +5,8 @@
 
 from .borders import Border
 from .flooding import map_workspace
-from .grid import Grid, motor_grid, pose_grid
+from .grid import Grid
+from .slices import motor_grid, pose_grid
 from .summary import MapSummary, summary_of
 from .workspace_map import EdgeState, WorkspaceMap
 

@@ -20,8 +20,9 @@ from ..solving.geometrico_statics import checked_start
 from ..validation import checked_count, checked_number, checked_time
 from .batches import Cancelled, Crew
 from .flood import Flood, Progress
-from .grid import Grid, check_grid
+from .grid import Grid
 from .refinement import refined_borders
+from .slices import check_grid
 from .workspace_map import WorkspaceMap
 
 __all__ = ["map_workspace"]

@@ -19,11 +19,11 @@ from cpr_core.kernels.linearisation_kernel import linearise
 from cpr_core.model.equilibrium import new_record
 from cpr_core.reference.continuous_rods import follow_motors
 from cpr_core.reference.rod_integration import integrate
+from cpr_core.workspace import pose_grid
 from cpr_core.workspace.batch_kernel import Cells, Ways
 from cpr_core.workspace.batches import analyses_and_arrivals, no_guesses
 from cpr_core.workspace.cell_layout import SIGN_COUNT
 from cpr_core.workspace.cell_problem import cell_problem
-from cpr_core.workspace.grid import pose_grid
 from helpers.rough_homes import continuous_home
 
 

@@ -23,7 +23,8 @@ from cpr_core import (
     calibrate,
 )
 from cpr_core.identification.compared import compared_row
-from cpr_core.identification.doubts import fit_doubts, measured_doubts
+from cpr_core.identification.residual_doubts import fit_doubts
+from cpr_core.identification.stuck_sensors import stuck_doubts
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 
 
@@ -155,7 +156,7 @@ def test_an_orientation_that_is_stuck(name, effort_deviation, with_efforts):
     efforts = effort_deviation if with_efforts else None
     exactness = StandardDeviations(position=1e-3, rotation=1e-3, efforts=efforts)
     compared = [compared_row(row, at, exactness) for row, at in zip(stuck, found, strict=True)]
-    doubts = measured_doubts(compared, found, found)
+    doubts = stuck_doubts(compared, found, found)
     assert doubts
     assert all(doubt.startswith("quaternion ") and "stuck" in doubt for doubt in doubts)
 
@@ -177,7 +178,7 @@ def test_a_sensor_that_is_stuck_is_so_behind_any_gear(robot, rows, gear):
     ]
     exactness = StandardDeviations(efforts=1e-3 * gear)
     compared = [compared_row(row, at, exactness) for row, at in zip(stuck, found, strict=True)]
-    [doubt] = measured_doubts(compared, found, found)
+    [doubt] = stuck_doubts(compared, found, found)
     assert doubt.startswith(f"efforts: motor1 is {0.3513 * gear:g} in all 6 rows, though it should")
 
 

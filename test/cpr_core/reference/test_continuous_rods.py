@@ -30,7 +30,7 @@ from cpr_core.reference.continuous_rods import (
     solve_continuous,
     solve_continuous_rough,
 )
-from cpr_core.reference.shooting_kernel import ShootingState, _evaluate, _workspace
+from cpr_core.reference.shooting_linearisation import ShootingState, linear_memory, linearise
 from cpr_core.reference.shooting_method import TABLEAUS, ShootingMethod
 from cpr_core.reference.shooting_robot import shooting_of
 from cpr_core.rods.sections import SECTIONS
@@ -85,8 +85,8 @@ def test_linearisation_agrees_with_differences(name, loads):
     start = continuous_home(robot, loads=loads)
     shooting, units = shooting_of(robot, loads, start.method)
     exact = units.without_dimensions(continuous_rods._state_of(start))
-    workspace = _workspace(shooting)
-    assert _evaluate(shooting, exact, workspace) < 1e-11
+    workspace = linear_memory(shooting)
+    assert linearise(shooting, exact, workspace) < 1e-11
     block = 3 if robot.planar else 6
     wrench = [2, 3, 4] if robot.planar else range(6)
     step = 1e-5
@@ -95,9 +95,12 @@ def test_linearisation_agrees_with_differences(name, loads):
         """Of what closes the gaps, and of the imbalance: at an equilibrium, derivatives."""
         ends = []
         for sign in (step, -step):
-            state, perturbed = ShootingState(*[part.copy() for part in exact]), _workspace(shooting)
+            state, perturbed = (
+                ShootingState(*[part.copy() for part in exact]),
+                linear_memory(shooting),
+            )
             state = change(state, sign) or state
-            _evaluate(shooting, state, perturbed)
+            linearise(shooting, state, perturbed)
             ends.append(
                 (perturbed.legs[:, :block, 0].copy(), perturbed.gap[: len(shooting.axes)].copy())
             )
