@@ -80,11 +80,10 @@ def _kind(path: Path, low: Point, high: Point) -> tuple[EventKind | None, str]:
         return "fold", f"the branch turns back ({change})"
     if low.side != high.side:
         return "bifurcation", f"another branch crosses ({change})"
-    if not path.conservative:
-        return None, ""  # the index has no meaning; that the branch goes on was to be seen
-    if low.index != high.index and path.problem != "pose":
+    # Without a potential the index has no meaning; that the branch goes on was to be seen.
+    if path.conservative and low.index != high.index and path.problem != "pose":
         return "bifurcation", f"several branches cross ({change})"
-    if low.index != high.index:
+    if path.conservative and low.index != high.index:
         gained = "lost" if high.index > low.index else "gained"
         return "stability", f"stability is {gained} ({change})"
     if low.inverse_sign != high.inverse_sign:

@@ -24,6 +24,7 @@ from ..model.equilibrium import Equilibrium, equilibrium_at, stepped
 from ..model.model_state import Configuration, evaluate
 from ..model.stability import elastic_hessian
 from .deadline import Deadline
+from .held_problem import held
 from .hidden_changes import Watched
 from .limits import Limit, margins, may_be_kept_again, violated
 from .path_equations import PathEquations
@@ -140,6 +141,9 @@ class Path:
         self.looks_closely = singularities and target.problem != "pose"
         self.conservative = self._equations.conservative
         pose, square = self.problem == "pose", robot.description.controlled and not robot.redundancy
+        self._inverse: PathEquations | None = None  # signs of records are of symmetric tangents
+        if self.looks_closely and square and not self.conservative:
+            self._inverse = PathEquations(start, held(start, "pose"), loads)
         self._watching = Watching(
             may_be_kept_again(robot, self.problem),
             self.conservative and stability and pose,
@@ -299,12 +303,16 @@ class Path:
             sign = inverse_sign
         else:
             sign = -1 if index % 2 else 1
+        if self._inverse is not None:
+            inverse_sign = self._inverse.sign(equilibrium)
+        elif not (self.conservative and self.looks_closely):
+            inverse_sign = 0
         return Point(
             fraction=fraction,
             equilibrium=equilibrium,
             index=index,
             sign=sign,
-            inverse_sign=inverse_sign if self.conservative and self.looks_closely else 0,
+            inverse_sign=inverse_sign,
             margins=left,
             violated=violated(self._robot, left),
             watched=self._watching.at(equilibrium, left),

@@ -48,6 +48,21 @@ def test_the_inverse_singularity_of_the_papers_path_is_an_event():
     assert trace(robot, motors=found.motors[-1], singularities=False, points=2).events == ()
 
 
+@pytest.mark.parametrize("given", ["motors", "efforts"])
+def test_inverse_singularities_are_events_under_loads_without_a_potential_too(given):
+    robot = load_robot("six_rfs")
+    pushed = robot.default_loads.with_(wrench_body=[0.005, 0.002, 0.003, 0.01, 0.005, 0.0])
+    start = solve_forward(robot, solve_home(robot).motors, loads=pushed)
+    last = solve_forward(robot, [7.95, 7.65, 4.29, 3.89, 3.77, 3.17], start=start)
+    way = {given: getattr(last, given)}
+    found = trace(robot, **way, start=start, points=101)
+    assert [event.kind for event in found.events] == ["singularity"]
+    jacobians = np.array([each.jacobian for each in found.equilibria])
+    turned = np.flatnonzero(np.diff(np.sign(np.linalg.det(jacobians))))
+    assert found.fractions[turned] == pytest.approx([found.events[0].fraction], abs=0.01)
+    assert trace(robot, **way, start=start, singularities=False, points=2).events == ()
+
+
 def test_stability_crossings_are_events_between_the_points():
     robot = load_robot("rfrfr", modes=16)
     start = solve_inverse(robot, [0.0, 0.8])
