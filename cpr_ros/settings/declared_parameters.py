@@ -14,7 +14,8 @@ from cpr_core import CprError
 
 from .node_settings import Parameters
 from .parameter_calls import as_meant
-from .parameter_table import PARAMETERS, ROS_PARAMETERS, DeclaredParameter
+from .parameter_entry import DeclaredParameter
+from .parameter_table import PARAMETERS, ROS_PARAMETERS
 
 __all__ = ["declare", "undeclared"]
 
