@@ -226,7 +226,9 @@ class Session:
 
     def _be_cautious(self, now: float) -> None:
         """What is not seen is moved slowly."""
-        self.follower.caution = BLIND if self.follower.moving and self.senses.unseen(now) else 1.0
+        self.follower.pace.caution = (
+            BLIND if self.follower.moving and self.senses.unseen(now) else 1.0
+        )
 
     def _moved(self, before: Assessment, loads: Loads, aligned: bool, now: float) -> Outcome:
         """Where a tick leads, and what is told of it.
