@@ -49,19 +49,18 @@ class Listening:
             count_publishers=lambda topic: self.measured_by,
             publishers=[SimpleNamespace(topic_name=topic) for topic in published],
         )
-        self.inputs = Inputs(
-            self.node,
-            FRAMES,
-            lambda: self.session,
-            lambda: self.now,
-            lambda motors: None,
-            self._feel,
-        )
+        self.inputs = Inputs(self.node, FRAMES, self, lambda: self.now)
+
+    def active_session(self):
+        return self.session
+
+    def place(self, motors):
+        pass
 
     def _subscribe(self, kind, topic, callback, qos, raw):
         self._callbacks[topic] = callback
 
-    def _feel(self, session, message, now):
+    def feel(self, session, message, now):
         self.felt_names.append(list(message.name))
 
     def hear(self, topic, message):
