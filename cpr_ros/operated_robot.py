@@ -20,7 +20,8 @@ from .following.supervision import Action
 from .interface.diagnostics import NodeHealth
 from .interface.first_measured import MEASURED
 from .interface.interfaces import Interfaces
-from .interface.outputs import Outputs, Stream
+from .interface.outputs import Outputs
+from .interface.streams import Stream
 from .middleware.publishers import other_publishers
 from .operation.announcements import Announcements
 from .operation.live_changes import apply_live
@@ -136,8 +137,8 @@ class OperatedRobot:
 
     def feel(self, session: Session, message: JointState, now: float) -> None:
         """Tell what pushes on the platform, where measured motors say so and somebody asks."""
-        if self.outputs.wrench_wanted:
-            self.outputs.felt_wrench(session, message, now)
+        if self.outputs.felt_wrench.wanted:
+            self.outputs.felt_wrench.take(session, message, now)
             self._announce(session.felt.announcement(now))
 
     def look_after_file(self) -> None:
@@ -155,7 +156,7 @@ class OperatedRobot:
             self._announce(self._announcements.of_motors(unmeasured, again=again))
             self._announce(self._announcements.of_wrench(session.senses.missing_wrench(now)))
             self._announce(self._announcements.of_commanders(commanders))
-        if session is not None and self.outputs.wrench_wanted:
+        if session is not None and self.outputs.felt_wrench.wanted:
             self._announce(session.felt.announcement(now))
         dropped = self.interfaces.dropped if self.interfaces else None
         health = NodeHealth(
@@ -176,7 +177,7 @@ class OperatedRobot:
         outcome = session.tick(now, self._command, self._keep)
         self._announce(self._announcements.after_tick(outcome, now))
         if outcome.moved:
-            self.outputs.step(session, now)
+            self.outputs.state.step(session, now)
         before, self._last_action = self._last_action, session.verdict(now).action
         if self._last_action != before and self.outputs.stability.wanted(now):
             self._tell(self.outputs.stability, session)  # out of turn: a supervisor does not wait
