@@ -108,27 +108,27 @@ class Session:
             robot,
             frames,
             self.follower,
-            live.time_limit,
-            parameters.characteristic_length,
-            lambda found, deadline: check_applied(found, deadline, self.orders),
+            time_limit=live.time_limit,
+            characteristic_length=parameters.characteristic_length,
+            check_applied=lambda found, deadline: check_applied(found, deadline, self.orders),
         )
         self.outgoing = Outgoing(
-            self.solver,
-            self.follower,
-            self.tracking,
-            self.commands,
-            self.measured,
-            self.moved_by_others,
+            solver=self.solver,
+            follower=self.follower,
+            tracking=self.tracking,
+            commands=self.commands,
+            measured=self.measured,
+            moved_by_others=self.moved_by_others,
         )
         self.present = Present(self.solver.current, self.follower, self.outgoing)
         self.orders = Orders(
-            self.solver,
-            self.present,
-            self.follower,
-            self.trajectories,
-            self.jogger,
-            self.loop,
-            self.outgoing,
+            solver=self.solver,
+            present=self.present,
+            follower=self.follower,
+            trajectories=self.trajectories,
+            jogger=self.jogger,
+            loop=self.loop,
+            outgoing=self.outgoing,
         )
         measured = self.measured if self.tracking is None else None
         self.senses = Senses(measured, self.wrench, self.loop_status, self.outgoing.lag)
