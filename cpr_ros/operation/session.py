@@ -15,7 +15,8 @@ from cpr_core import CprError, Loads, Robot
 from cpr_core.model.assessment import Assessment
 
 from ..closed_loop.jogging import Jogger
-from ..closed_loop.pose_loop import LoopStatus, PoseLoop
+from ..closed_loop.loop_status import LoopStatus
+from ..closed_loop.pose_loop import PoseLoop
 from ..following.external_wrench import ExternalWrench
 from ..following.felt_wrench import FeltWrench
 from ..following.first_step import FirstStep

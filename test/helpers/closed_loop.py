@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cpr_core.model.assessment import Threshold
-from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
+from cpr_ros.closed_loop.loop_status import Loop, LoopStatus
 from cpr_ros.following.goals import PoseGoal
 from cpr_ros.following.motor_ways import motor_steps
 from cpr_ros.messages.frames import Frames

@@ -12,7 +12,8 @@ from helpers.drive import robot
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from cpr_ros.closed_loop.pose_loop import Loop, PoseLoop
+from cpr_ros.closed_loop.loop_status import Loop
+from cpr_ros.closed_loop.pose_loop import PoseLoop
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.motor_commands import MotorCommands
 from cpr_ros.following.supervision import State

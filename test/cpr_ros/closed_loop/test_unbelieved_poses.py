@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from helpers.closed_loop import SLACK, TARGET, ClosedLoop, frozen, live
 
-from cpr_ros.closed_loop.pose_loop import Loop
+from cpr_ros.closed_loop.loop_status import Loop
 from cpr_ros.operation.live_changes import apply_live
 
 

@@ -20,7 +20,7 @@ from std_msgs.msg import Float64MultiArray
 
 from cpr_core import solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
-from cpr_ros.closed_loop.pose_loop import Loop
+from cpr_ros.closed_loop.loop_status import Loop
 from cpr_ros.following.goals import MotorGoal
 from cpr_ros.following.supervision import State
 from cpr_ros.interface.first_measured import first_measured
