@@ -78,11 +78,7 @@ class Session:
         Raises:
             CprError: The robot has no motors, or the home of its description cannot be used.
         """
-        if not robot.motor_count:
-            source = robot.description.source
-            raise CprError(
-                f"{source}: expected a robot with motors, there are none to move or track"
-            )
+        _check_motors(robot)
         self.robot, self.period = robot, 1.0 / parameters.tick_rate
         self.commands = MotorCommands(robot, self.period, live.max_lead, live.moved_tolerance)
         self.measured = MeasuredMotors(live.measured_timeout)
@@ -318,3 +314,14 @@ class Session:
     def input_watchdog(self) -> Watchdog:
         """Age of the newest setpoint, or of the measured motors."""
         return self.follower.watchdog if self.tracking is None else self.tracking.watchdog
+
+
+def _check_motors(robot: Robot) -> None:
+    """Whether there are any to move or track.
+
+    Raises:
+        CprError: There are none.
+    """
+    if not robot.motor_count:
+        source = robot.description.source
+        raise CprError(f"{source}: expected a robot with motors, there are none to move or track")
