@@ -13,7 +13,7 @@ from cpr_core import InvalidRequest
 from cpr_core.validation import checked_number
 
 from ..following.pose_coordinates import PoseCoordinates
-from .pose_loop import Loop, LoopStatus
+from .loop_status import Loop, LoopStatus
 
 __all__ = ["MeasuredArrival", "measured_arrival"]
 

@@ -14,8 +14,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import IntEnum
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +24,12 @@ from cpr_core.errors import distinct
 from ..following.goals import Goal, PoseGoal
 from ..following.pose_coordinates import pose_coordinates
 from ..following.supervision import State
+from .loop_status import Loop, LoopStatus
 from .measured_pose import MeasuredPose
 from .pose_history import PoseHistory
 from .several_cameras import TURN, RecentPoses
 
-__all__ = ["Loop", "LoopSettings", "LoopStatus", "PoseLoop"]
+__all__ = ["LoopSettings", "PoseLoop"]
 
 Floats = NDArray[np.float64]
 
@@ -42,14 +41,6 @@ _WAITING = {
     State.STALE: "the setpoint is too old",
     State.ALIGNING: "motor commands are on their way to the equilibrium",
 }
-
-
-class Loop(IntEnum):
-    """LOOP constants of cpr_msgs/StabilityMetrics."""
-
-    OPEN = 0
-    CLOSED = 1
-    FROZEN = 2
 
 
 @dataclass(frozen=True)
@@ -71,29 +62,6 @@ class LoopSettings:
     jump: float
     settling: float
     timeout: float
-
-
-class LoopStatus(NamedTuple):
-    """What a supervisor is told; made for every message of the stability stream.
-
-    Attributes:
-        loop: Whether the setpoint is corrected.
-        text: Why the correction is frozen, or what is left aside; empty otherwise.
-        age: Time since the newest measured pose came [s]; -1 before the first.
-        position_error: Measured from wanted [m]; NaN while the loop is open, or not controlled.
-        rotation_error: Measured from wanted [rad]; the same.
-        at_setpoint: Whether the newest pose was measured since the model is at this setpoint; of
-            several who measure it, the newest of everyone.
-        blind: Whether it is frozen for want of a measured pose that can be believed.
-    """
-
-    loop: Loop = Loop.OPEN
-    text: str = ""
-    age: float = -1.0
-    position_error: float = math.nan
-    rotation_error: float = math.nan
-    at_setpoint: bool = False
-    blind: bool = False
 
 
 class PoseLoop:

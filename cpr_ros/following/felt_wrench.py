@@ -9,7 +9,6 @@ that took long to find, nothing is looked for during a while, so that ticks come
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,7 @@ from cpr_core.kernels.twist_layout import FIRST_LINEAR
 from cpr_core.model.world_response import effort_units
 
 from .judged_steps import LARGEST_CHANGE
+from .motor_history import MotorHistory
 from .news import Announced, News
 from .steps import change_between
 from .watchdog import Watchdog
@@ -37,8 +37,6 @@ _REST = 0.1
 _DEFAULT_PART = 0.01
 #: A measured pose is used if it is no older or newer than the motors by more than this [s].
 _SAME_TIME = 0.1
-#: Shortest time over which the speed of the motors is measured [s].
-_SPEED_OVER = 0.008
 #: After this time without efforts the last estimate is no start for the next one [s].
 _FORGET = 0.5
 #: A reason that comes back within this time has not been over: speeds tremble around their limit [s].
@@ -85,10 +83,7 @@ class FeltWrench:
         self.with_pose = False
         self._last: WrenchEstimate | None = None
         self._near: Equilibrium | None = None
-        self._motors: tuple[float, Floats] | None = None
-        self._speed = 0.0  # of the fastest motor [rad/s, rod lengths/s]
-        #: Where the motors were while a pose may be of the same time, by the times of poses.
-        self._path: deque[tuple[float, Floats]] = deque()
+        self._motors = MotorHistory(robot.motor_units, _SAME_TIME)
         self._pose: tuple[float, Floats] | None = None
         self._reason, self._rests_until = "", 0.0
         self._kind, self._announced = "", Announced(_SETTLED)
@@ -129,8 +124,8 @@ class FeltWrench:
             near: Where the node has the robot.
         """
         if self.watchdog.age(now) > _FORGET:
-            self._last, self._motors = None, None
-            self._path.clear()
+            self._last = None
+            self._motors.forget()
         if self._near is not None and change_between(self._near, near) > LARGEST_CHANGE:
             self._last = None  # of another branch than the node has the robot on now
         self._near = near
@@ -138,10 +133,9 @@ class FeltWrench:
         if 0.0 < self.settings.timeout < now - time:
             self.refuse("stale", self._old(now - time))
             return None
-        self._look_at_speed(motors, min(time, now))
-        self._note_place(motors, time)
-        if self._speed > self.settings.max_speed:
-            speed, most = distinct(self._speed, self.settings.max_speed)
+        self._motors.take(motors, min(time, now))
+        if self._motors.speed > self.settings.max_speed:
+            speed, most = distinct(self._motors.speed, self.settings.max_speed)
             self.refuse(
                 "speed",
                 f"a motor moves at {speed} rad/s or rod lengths/s, more than wrench_max_speed "
@@ -189,22 +183,6 @@ class FeltWrench:
         how_old, timeout = distinct(age, self.settings.timeout)
         return f"the measured efforts are {how_old} s old, more than measured_timeout {timeout} s"
 
-    def _look_at_speed(self, motors: Floats, time: float) -> None:
-        """How fast the fastest motor is; measurements without stamps may come all at once."""
-        if self._motors is None:
-            self._motors, self._speed = (time, motors), 0.0
-        elif time - self._motors[0] > _SPEED_OVER:
-            way = np.abs(motors - self._motors[1]) / self.robot.motor_units
-            self._speed = float(way.max(initial=0.0)) / (time - self._motors[0])
-            self._motors = time, motors
-
-    def _note_place(self, motors: Floats, time: float) -> None:
-        while self._path and self._path[-1][0] >= time:  # a clock was set, or stamps are the same
-            self._path.pop()
-        self._path.append((time, motors))
-        while len(self._path) > 1 and self._path[1][0] <= time - _SAME_TIME:
-            self._path.popleft()
-
     def _pose_deviation(self, since: float, near: Equilibrium) -> tuple[float, float]:
         """Standard deviations of a measured pose as that of the motors' time [m, rad].
 
@@ -213,10 +191,8 @@ class FeltWrench:
                 length [s].
             near: Where the node has the robot.
         """
-        times, places = zip(*self._path, strict=True)
-        then = [np.interp(times[-1] - since, times, place) for place in np.transpose(places)]
         position, rotation = self.settings.position_deviation, self.settings.rotation_deviation
-        way = places[-1] - np.array(then)
+        way = self._motors.way_in_last(since)
         if not way.any():
             return position, rotation
         motion, turns = near.jacobian @ way, near.robot.platform_axes < FIRST_LINEAR

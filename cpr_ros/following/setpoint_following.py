@@ -3,31 +3,28 @@
 
 """Following setpoints without crossing an instability, a singularity or a limit. No ROS here.
 
-One tick moves the motors one step towards the goal: it solves at the next motors from the current
-equilibrium, looks at the measures there, and only then accepts. What is refused leaves the motors
-where they are, and the next tick tries half the step. Speed falls linearly between the warning and the
-stop threshold of every measure that gets worse; what gets better is never limited.
+What the robot is told to do, and what it does about it in a tick: bear the wrench that acts, go a step
+towards the goal, or stay.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Loads, Robot, solve_home
-from cpr_core.model.assessment import MEASURES, Assessment
+from cpr_core.model.assessment import Assessment
 
 from .borne_loads import BorneLoads
 from .goals import Goal, MotorGoal, MotorSetpoint, PoseGoal
 from .judged_steps import JudgedSteps
 from .motion_settings import ON_WAY_TO_MOTORS, ON_WAY_TO_POSES, Settings
-from .motor_ways import SLACK
 from .outcome import Outcome
-from .steps import change_between, falls
+from .paced_steps import PacedSteps
+from .steps import change_between
 from .supervision import Action, Refusal, State, Verdict, verdict
 from .trajectory_goal import TrajectoryGoal
 from .watchdog import Watchdog
@@ -36,16 +33,6 @@ __all__ = ["ARRIVED", "OtherMotors", "SetpointFollower"]
 
 Floats = NDArray[np.float64]
 
-#: Part of their speed that motors keep just above a stop threshold, so that the halt is reached in
-#: finite time.
-CREEP = 0.02
-#: Where measured motors are behind, a step ends at this part of what they may be ahead: on the way to
-#: a pose they do not go straight.
-_INSIDE = 0.98
-#: A step that is shortened to less than this part is not taken.
-_NOWHERE = 1e-3
-#: Smallest part of a step that is tried; when it is refused, the robot is halted.
-SMALLEST_REACH = 1.0 / 64.0
 #: A goal nearer than this is reached [rad, rod lengths].
 ARRIVED = 1e-9
 
@@ -71,12 +58,10 @@ class SetpointFollower:
         robot: The robot.
         period: Time of a tick [s].
         steps: Where ticks lead, solved and judged.
+        pace: How far they go.
         borne_loads: Where the robot is under other loads.
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
-        caution: Factor that speeds do not exceed: less than 1 while something is not seen.
-        part_in_reach: Part of the way to motors, (n,), that they may be sent now, at a steady time [s].
-        waits: Whether the last tick went less far for that reason, or nowhere.
         dropped: Why the last setpoint was forgotten that none replaced.
         orders: How many setpoints, pauses and returns have come, and how often one was forgotten: it
             tells that something newer has come, also if that is gone already.
@@ -90,15 +75,21 @@ class SetpointFollower:
         corrected: Callable[[Goal], Goal] = lambda goal: goal,
         part_in_reach: Callable[[Floats, float], float] = lambda motors, now: 1.0,
     ) -> None:
-        """Start idle; for the arguments see the attributes."""
+        """Start idle.
+
+        Args:
+            robot: The robot.
+            period: Time of a tick [s].
+            settings: What may change at any time.
+            corrected: See the attribute.
+            part_in_reach: As of :class:`PacedSteps`.
+        """
         self.robot, self.period = robot, period
         self.steps = JudgedSteps(robot, period, settings)
+        self.pace = PacedSteps(self.steps, part_in_reach)
         self.borne_loads = BorneLoads(robot)
         self.watchdog = Watchdog(settings.setpoint_timeout)
         self.corrected = corrected
-        self.caution = 1.0
-        self.part_in_reach = part_in_reach
-        self.waits = False
         self.paused = False
         self.dropped = ""
         self.orders = 0
@@ -106,10 +97,7 @@ class SetpointFollower:
         self._ages = True
         self._returning, self._under_way, self._stood, self._stirred = False, False, True, True
         self._action = Action.NONE
-        self._reach = 1.0
-        self._refusal: Refusal | None = None
         self._burdened = False
-        self._worsening: frozenset[str] = frozenset(MEASURES)
 
     @property
     def settings(self) -> Settings:
@@ -129,7 +117,7 @@ class SetpointFollower:
     @property
     def returning(self) -> bool:
         """Whether the robot is on its way home and takes no setpoints."""
-        return self._returning and self._refusal is None and not self._burdened
+        return self._returning and self.pace.refusal is None and not self._burdened
 
     @property
     def moving(self) -> bool:
@@ -192,20 +180,20 @@ class SetpointFollower:
             current: Where the robot is.
             now: Steady time [s].
         """
-        if self._goal is None or self._reach < 1.0 or self.paused or self._returning:
+        if self._goal is None or self.pace.reach < 1.0 or self.paused or self._returning:
             return None
         goal = self.corrected(self._goal)
         if self.stale(now) or goal.remaining(current.equilibrium) <= ARRIVED:
             return None
-        return self.steps.aim(current, goal, self.caution, out_of_rest=self._out_of_rest(goal))
+        return self.steps.aim(current, goal, self.pace.caution, out_of_rest=self._out_of_rest(goal))
 
     def drop(self, reason: str = "") -> None:
         """Forget the setpoint and hold; the reason is for who sent it."""
         self.orders += 1
         self.dropped = reason
         self._goal, self._returning, self._under_way = None, False, False
-        self.waits = False
-        self._refusal, self._reach, self._stirred = None, 1.0, True
+        self._stirred = True
+        self.pace.forget()
         self.watchdog.forget()
 
     def pause(self, paused: bool) -> None:
@@ -234,29 +222,32 @@ class SetpointFollower:
         goal = None if self._goal is None else self.corrected(self._goal)
         moved, home_missed = borne is not current, False
         state = State.PAUSED if self.paused else State.IDLE
-        self._under_way, self.waits, obeyed = False, False, False
+        self._under_way, self.pace.waits, obeyed = False, False, False
         if goal is not None and not self.paused:
             at_goal = goal.remaining(borne.equilibrium) <= ARRIVED
             if at_goal and not (self._returning and burden):
-                self._refusal, obeyed = None, burden is None
+                self.pace.refusal, obeyed = None, burden is None
                 self._ages = self._ages and self.stale(now)  # in time: it is held from now on
                 if self._returning:
                     home_missed = self._misses_home(borne.equilibrium)
                     self.drop("~/reset: the robot is at home")
             elif self.stale(now):
                 state = State.STALE
-                self._refusal = None
+                self.pace.refusal = None
             else:
                 self._under_way = True
-                ahead = borne if burden else self._move(borne, goal, now)
+                ahead = borne
+                if not burden:
+                    first = self._out_of_rest(goal)
+                    ahead = self.pace.step(borne, goal, self.watched, now, out_of_rest=first)
                 waits = isinstance(goal, TrajectoryGoal) and goal.waits
                 obeyed = ahead is not borne and not waits
                 moved, borne = moved or ahead is not borne, ahead
                 state = State.RETURNING if self._returning else State.FOLLOWING
-                if burden or self._refusal:
+                if burden or self.pace.refusal:
                     state = State.HALTED
         self._stood = not self._under_way
-        refusal = burden or self._refusal
+        refusal = burden or self.pace.refusal
         told = self.judge(borne, refusal, stale=state == State.STALE)
         return Outcome(borne, moved, state, told, home_missed, refusal, obeyed)
 
@@ -272,7 +263,7 @@ class SetpointFollower:
             previous=self._action,
             hysteresis=self.settings.hysteresis,
             refusal=refusal,
-            worsening=self._worsening,
+            worsening=self.pace.worsening,
             stale=stale,
         )
         self._action = told.action
@@ -283,57 +274,9 @@ class SetpointFollower:
         """Measures that count now."""
         return ON_WAY_TO_POSES if isinstance(self._goal, PoseGoal) else ON_WAY_TO_MOTORS
 
-    def _move(self, current: Assessment, goal: Goal, now: float) -> Assessment:
-        """One step towards the goal, or the same equilibrium if it is refused or out of reach."""
-        within = 1.0
-        for _ in range(3):
-            factor = within * self._reach * self._speed_scale(current, self._worsening)
-            ahead = self.steps.towards(
-                current, goal, factor, self.watched, now, out_of_rest=self._out_of_rest(goal)
-            )
-            if isinstance(ahead, Refusal):
-                if self._reach <= SMALLEST_REACH:
-                    self._refusal = ahead
-                self._reach = max(SMALLEST_REACH, 0.5 * self._reach)
-                return current
-            self._worsening = self._worse(current, ahead)
-            part = self.part_in_reach(ahead.equilibrium.motors, now)
-            if part < 1.0:
-                self.waits = True
-                within *= _INSIDE * part
-                if within < _NOWHERE:
-                    return current
-                continue
-            allowed = self._speed_scale(current, self._worsening)
-            if self.steps.ticks_between(
-                current.equilibrium.motors, ahead.equilibrium.motors
-            ) <= allowed * (1.0 + SLACK):
-                self._reach = min(1.0, 2.0 * self._reach)
-                self._refusal = None
-                if isinstance(goal, TrajectoryGoal):
-                    goal.accept()
-                return ahead
-            # It was not known that this way leads to a threshold, or out of reach: again, slower.
-        return current
-
     def _out_of_rest(self, goal: Goal) -> bool:
         """Whether a step towards this goal, corrected or not, is the first one towards the setpoint."""
         return self._stood and goal is self._goal
-
-    def _worse(self, current: Assessment, ahead: Assessment) -> frozenset[str]:
-        """Measures that fall on the way."""
-        return frozenset(
-            name for name in self.watched if falls(current.value(name), ahead.value(name))
-        )
-
-    def _speed_scale(self, current: Assessment, worsening: Iterable[str]) -> float:
-        """Factor on the speed of a motion that worsens these measures."""
-        thresholds, watched = self.settings.thresholds, self.watched
-        levels = [
-            thresholds[name].level(current.value(name)) for name in worsening if name in watched
-        ]
-        known = (level for level in levels if not math.isnan(level))
-        return max(CREEP, min([self.caution, *known]))
 
     def _misses_home(self, current: Equilibrium) -> bool:
         """Whether this is another equilibrium than home, though nothing else acts."""

@@ -9,7 +9,7 @@ import contextlib
 import math
 import traceback
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from cpr_msgs.msg import ErrorCode
@@ -51,7 +51,7 @@ from ..setpoint_topics import (
 )
 from .first_measured import MEASURED
 
-__all__ = ["Inputs"]
+__all__ = ["Inputs", "MeasuredRobot"]
 
 #: The newest setpoint is the one that counts; some by name may belong together.
 NEWEST, SOME = QoSProfile(depth=1), QoSProfile(depth=10)
@@ -61,6 +61,19 @@ _POSE = "~/measured_platform_pose"
 _COUNTED_FOR = 1.0
 #: Setpoints that rclpy is too slow to read: see CommandMessage and read_pose.
 _READ_FROM_BYTES = (f"~/{COMMANDS}", f"~/{PLATFORM_SETPOINT}")
+
+
+class MeasuredRobot(Protocol):
+    """What measured motors tell of: where a robot is, and what pushes on its platform."""
+
+    def active_session(self) -> Session | None:
+        """The robot in operation; None while the node is not active."""
+
+    def place(self, motors: NDArray[np.float64]) -> None:
+        """Take the first measured motors, (n,), of a robot that waits for them to be placed."""
+
+    def feel(self, session: Session, message: JointState, now: float) -> None:
+        """Take measured motors that may tell what pushes on the platform, at a steady time [s]."""
 
 
 class Inputs:
@@ -74,24 +87,19 @@ class Inputs:
         self,
         node: Node,
         frames: Frames,
-        session: Callable[[], Session | None],
+        robot: MeasuredRobot,
         clock: Callable[[], float],
-        place: Callable[[NDArray[np.float64]], None],
-        feel: Callable[[Session, JointState, float], None],
     ) -> None:
         """Subscribe.
 
         Args:
             node: The node.
             frames: Names of the frames.
-            session: Gives the robot in operation; None while the node is not active.
+            robot: What the node operates.
             clock: Steady time [s].
-            place: Takes the first measured motors, (n,), of a robot that waits for them to be placed.
-            feel: Takes measured motors that may tell what pushes on the platform, and steady time.
         """
-        self._place, self._feel = place, feel
         self.dropped = DroppedMessages()
-        self._node, self._frames, self._session, self._clock = node, frames, session, clock
+        self._node, self._frames, self._robot, self._clock = node, frames, robot, clock
         #: The message of ~/commands by its number of motors.
         self._command_messages: dict[int, CommandMessage] = {}
         #: By topic: when it was counted, and whether several publish there.
@@ -132,7 +140,7 @@ class Inputs:
         """A callback that no message can make raise."""
 
         def callback(message: Any) -> None:
-            session, now = self._session(), self._clock()
+            session, now = self._robot.active_session(), self._clock()
             if session is None:
                 return
             try:
@@ -212,9 +220,9 @@ class Inputs:
                 tolerance = session.moved_by_others.tolerance if several else 0.0
                 session.tracking.take(motors, now, tolerance)
             elif session.take_measured(motors, now, several):
-                self._place(motors)
+                self._robot.place(motors)
         finally:
-            self._feel(session, message, now)
+            self._robot.feel(session, message, now)
 
     def _several_measure(self, topic: str, now: float) -> bool:
         """Whether several publish what is measured; asked once a second, as it takes a while."""

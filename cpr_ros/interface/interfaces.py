@@ -6,13 +6,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
-import numpy as np
 from cpr_msgs.msg import ErrorCode
-from numpy.typing import NDArray
 from rclpy.lifecycle import LifecycleNode
-from sensor_msgs.msg import JointState
 
 from ..maps.map_action import MapAction
 from ..maps.map_folder import MapFolder
@@ -21,7 +17,7 @@ from ..middleware.dropped_messages import DroppedMessages
 from ..middleware.waiting_requests import WaitingRequests
 from ..operation.session import Session
 from ..settings.node_settings import LiveParameters
-from .inputs import Inputs
+from .inputs import Inputs, MeasuredRobot
 from .move_action import MoveAction
 from .requests import Requests
 from .trajectory_action import trajectory_actions
@@ -36,9 +32,7 @@ class Interfaces:
         self,
         node: LifecycleNode,
         frames: Frames,
-        session: Callable[[], Session | None],
-        place: Callable[[NDArray[np.float64]], None],
-        feel: Callable[[Session, JointState, float], None],
+        robot: MeasuredRobot,
         folder: MapFolder,
         waiting: WaitingRequests,
     ) -> None:
@@ -47,13 +41,12 @@ class Interfaces:
         Args:
             node: The node.
             frames: Names of the frames.
-            session: Gives the robot in operation; None while the node is not active.
-            place: Takes the first measured motors of a robot that is nobody knows where, (n,).
-            feel: Takes measured motors that may tell what pushes on the platform, and steady time.
+            robot: What the node operates.
             folder: Where maps are written.
             waiting: The line that requests to solve something wait in.
         """
-        self._inputs = Inputs(node, frames, session, time.monotonic, place, feel)
+        session = robot.active_session
+        self._inputs = Inputs(node, frames, robot, time.monotonic)
         self._requests = Requests(node, frames, session, waiting)
         self._maps = MapAction(node, session, folder)
         self._moves = MoveAction(node, frames, session)

@@ -15,7 +15,8 @@ from rclpy.node import Node
 from cpr_core import InvalidRequest
 
 from ..following.trajectory_motion import Ending
-from ..messages.trajectory_messages import AllowedErrors, FeedbackPoints, seconds_of
+from ..messages.trajectory_messages import AllowedErrors
+from ..messages.trajectory_points import FeedbackPoints, seconds_of
 from ..operation.session import Session
 
 try:

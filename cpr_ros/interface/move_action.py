@@ -18,8 +18,8 @@ from rclpy.node import Node
 from cpr_core import InvalidRequest
 from cpr_core.validation import checked_number
 
+from ..closed_loop.loop_status import LoopStatus
 from ..closed_loop.measured_arrival import MeasuredArrival, measured_arrival
-from ..closed_loop.pose_loop import LoopStatus
 from ..error_codes import RequestError, active, error_code
 from ..following.goals import Goal, MotorGoal, PoseGoal
 from ..following.motor_arrival import Elsewhere, MotorArrival

@@ -22,13 +22,8 @@ from ..following.motor_path import MotorMotion
 from ..following.trajectory_motion import Ending, Motion
 from ..following.trajectory_order import TrajectoryRefused
 from ..messages.frames import Frames
-from ..messages.trajectory_messages import (
-    AllowedErrors,
-    FeedbackPoints,
-    point_message,
-    seconds_of,
-    trajectory_order,
-)
+from ..messages.trajectory_messages import AllowedErrors, trajectory_order
+from ..messages.trajectory_points import FeedbackPoints, point_message, seconds_of
 from ..middleware.long_action import LongAction
 from ..operation.session import Session
 from ..process.once_a_second import ONCE_A_SECOND

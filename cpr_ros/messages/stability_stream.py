@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 
 from cpr_core.model.assessment import Assessment, Thresholds
 
-from ..closed_loop.pose_loop import LoopStatus
+from ..closed_loop.loop_status import LoopStatus
 from ..following.outcome import Outcome
 from ..following.supervision import Verdict, slowed_where_unseen
 from ..middleware.repeated_message import RepeatedMessage, Stamp

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Timed trajectories from messages, checked, and points of them as messages."""
+"""Timed trajectories from messages, checked."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from builtin_interfaces.msg import Duration, Time
+from builtin_interfaces.msg import Time
 from cpr_msgs.msg import ErrorCode
 from numpy.typing import NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -25,15 +25,9 @@ from ..error_codes import RequestError
 from ..following.measured_range import BESIDE
 from ..following.trajectory_order import TrajectoryOrder, TrajectoryRefused
 from .motor_messages import check_names
+from .trajectory_points import seconds_of
 
-__all__ = [
-    "AllowedErrors",
-    "FeedbackPoints",
-    "duration_of",
-    "point_message",
-    "seconds_of",
-    "trajectory_order",
-]
+__all__ = ["AllowedErrors", "trajectory_order"]
 
 Floats = NDArray[np.float64]
 
@@ -60,31 +54,6 @@ class AllowedErrors(NamedTuple):
 _ANY = AllowedErrors()
 
 
-class FeedbackPoints(NamedTuple):
-    """Where a trajectory has the motors, where they are, and the difference.
-
-    Attributes:
-        desired: By the trajectory.
-        actual: Measured, or commanded where nobody measures.
-        error: Desired minus actual.
-    """
-
-    desired: JointTrajectoryPoint
-    actual: JointTrajectoryPoint
-    error: JointTrajectoryPoint
-
-
-def seconds_of(span: Duration | Time) -> float:
-    """A duration or a time [s]."""
-    return float(span.sec) + 1e-9 * float(span.nanosec)
-
-
-def duration_of(seconds: float) -> Duration:
-    """A time since the start of a trajectory, which may be negative [s]."""
-    nanoseconds = round(seconds * 1e9)
-    return Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
-
-
 def trajectory_order(
     robot: Robot,
     message: JointTrajectory,
@@ -108,7 +77,16 @@ def trajectory_order(
     names, points = list(message.joint_names), list(message.points)
     if not points:
         nothing, free = np.zeros((0, robot.motor_count)), np.full(robot.motor_count, np.inf)
-        return TrajectoryOrder(np.zeros(0), nothing, None, None, None, free, free, np.inf)
+        return TrajectoryOrder(
+            times=np.zeros(0),
+            positions=nothing,
+            velocities=None,
+            accelerations=None,
+            start_in=None,
+            path_tolerance=free,
+            goal_tolerance=free,
+            goal_time_tolerance=np.inf,
+        )
     check_names(names, list(robot.motor_names), "joint_names", "expected every motor once")
     if len(points) > _MOST_POINTS:
         raise InvalidRequest(
@@ -125,14 +103,14 @@ def trajectory_order(
             f"goal_time_tolerance: expected at least 0, got {allowed.goal_time_tolerance}",
         )
     return TrajectoryOrder(
-        times,
-        positions,
-        None if velocities is None else velocities[:, order],
-        None if accelerations is None else accelerations[:, order],
-        _start_in(message.header.stamp, now),
-        _tolerances("path_tolerance", allowed.path_tolerance, names)[order],
-        _tolerances("goal_tolerance", allowed.goal_tolerance, names)[order],
-        allowed.goal_time_tolerance or np.inf,
+        times=times,
+        positions=positions,
+        velocities=None if velocities is None else velocities[:, order],
+        accelerations=None if accelerations is None else accelerations[:, order],
+        start_in=_start_in(message.header.stamp, now),
+        path_tolerance=_tolerances("path_tolerance", allowed.path_tolerance, names)[order],
+        goal_tolerance=_tolerances("goal_tolerance", allowed.goal_tolerance, names)[order],
+        goal_time_tolerance=allowed.goal_time_tolerance or np.inf,
     )
 
 
@@ -196,18 +174,6 @@ def _ending_at_rest(names: list[str], times: Floats, velocities: Floats) -> Floa
             f"{names[fastest]} has a velocity of {speed:.6g}",
         )
     return np.vstack([velocities[:-1], np.zeros(len(names))])
-
-
-def point_message(
-    time: float, positions: Floats, velocities: Floats | None, accelerations: Floats | None = None
-) -> JointTrajectoryPoint:
-    """A point, in motor order; None: unknown."""
-    return JointTrajectoryPoint(
-        positions=positions.tolist(),
-        velocities=[] if velocities is None else velocities.tolist(),
-        accelerations=[] if accelerations is None else accelerations.tolist(),
-        time_from_start=duration_of(time),
-    )
 
 
 def _tolerances(field: str, values: Sequence[float], names: Sequence[str]) -> Floats:

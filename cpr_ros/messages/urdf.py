@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -77,6 +78,20 @@ class _Place:
         return _Place(self.link, *element.behind(self.rotation, self.position, 0.0))
 
 
+class _Driven(NamedTuple):
+    """How a motor moves a joint.
+
+    Attributes:
+        motor: Name of the motor.
+        axis: Of the joint, in its frame.
+        ratio: Way of the joint by that of the motor.
+    """
+
+    motor: str
+    axis: tuple[float, float, float]
+    ratio: float
+
+
 class _Writer:
     """Writes one robot."""
 
@@ -123,16 +138,16 @@ class _Writer:
                 child = f"{leg.name}.{number + 1}"
                 place = place.behind(element)
                 shaft = "revolute" if element.motor_unit == "rad" else "prismatic"
-                kinds = element.shown_kind, shaft
-                self._add_motor(element.motor, kinds, place, child, element.axis, element.ratio)
+                driven = _Driven(element.motor, element.axis, element.ratio)
+                self._add_motor(driven, (element.shown_kind, shaft), place, child)
                 place = _Place(child, np.eye(3), np.zeros(3))
             elif isinstance(element, ChainRod) and element.motor is not None:
                 child = f"{leg.name}.{number + 1}"
                 kinds = "prismatic", "revolute" if element.drive.screw else "prismatic"
                 began = place.position + element.zero * place.rotation[:, 0]
                 place = _Place(place.link, place.rotation, began)
-                axis = (1.0, 0.0, 0.0)
-                self._add_motor(element.motor, kinds, place, child, axis, element.ratio)
+                driven = _Driven(element.motor, (1.0, 0.0, 0.0), element.ratio)
+                self._add_motor(driven, kinds, place, child)
                 return
             elif isinstance(element, ChainJoint | ChainRod):
                 return
@@ -144,46 +159,33 @@ class _Writer:
                     self._draw_bar(link, place.position, before)
 
     def _add_motor(
-        self,
-        motor: str,
-        kinds: tuple[str, str],
-        place: _Place,
-        child: str,
-        axis: tuple[float, float, float],
-        ratio: float = 1.0,
+        self, driven: _Driven, kinds: tuple[str, str], place: _Place, child: str
     ) -> None:
         """A joint that a motor moves, of a kind with that of the motor; the first has its name."""
-        kind, kind_of_motor = kinds
-        own = motor not in self._moved and ratio == 1.0 and kind == kind_of_motor
+        (kind, kind_of_motor), motor = kinds, driven.motor
+        own = motor not in self._moved and driven.ratio == 1.0 and kind == kind_of_motor
         if motor not in self._moved and not own:  # the motor itself, for others to follow
             shaft = f"{child}.motor"
             SubElement(self._root, "link", name=shaft)
-            self._add_joint(motor, kind_of_motor, place, shaft, axis, motor, 1.0)
+            self._add_joint(motor, kind_of_motor, place, shaft, driven._replace(ratio=1.0))
         self._moved.add(motor)
         link = SubElement(self._root, "link", name=child)
-        self._draw_motor(link, kind, axis)
+        self._draw_motor(link, kind, driven.axis)
         name = motor if own else f"{child}.joint"
-        joint = self._add_joint(name, kind, place, child, axis, motor, ratio)
+        joint = self._add_joint(name, kind, place, child, driven)
         if not own:
-            SubElement(joint, "mimic", joint=motor, multiplier=_number(ratio), offset="0")
+            SubElement(joint, "mimic", joint=motor, multiplier=_number(driven.ratio), offset="0")
 
     def _add_joint(
-        self,
-        name: str,
-        kind: str,
-        place: _Place,
-        child: str,
-        axis: tuple[float, float, float],
-        motor: str,
-        ratio: float,
+        self, name: str, kind: str, place: _Place, child: str, driven: _Driven
     ) -> Element:
-        limits = self._limits[motor]
+        limits = self._limits[driven.motor]
         endless = kind == "revolute" and math.isinf(limits.lower) and math.isinf(limits.upper)
         joint = self._joint(name, "continuous" if endless else kind, place.link, child)
         angles = roll_pitch_yaw(place.rotation)
         SubElement(joint, "origin", xyz=_numbers(place.position), rpy=_numbers(angles))
-        SubElement(joint, "axis", xyz=_numbers(axis))
-        SubElement(joint, "limit", _limit(limits, ratio, endless))
+        SubElement(joint, "axis", xyz=_numbers(driven.axis))
+        SubElement(joint, "limit", _limit(limits, driven.ratio, endless))
         return joint
 
     def _joint(self, name: str, kind: str, parent: str, child: str) -> Element:

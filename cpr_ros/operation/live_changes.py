@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from cpr_msgs.msg import ErrorCode
 
-from ..closed_loop.pose_loop import Loop
+from ..closed_loop.loop_status import Loop
 from ..following.supervision import State
 from ..settings.node_settings import LiveParameters
 from .session import Session

@@ -55,7 +55,7 @@ class Outgoing:
     @property
     def waits(self) -> bool:
         """Whether commands wait for measured motors that are too far behind."""
-        return self.follower.waits or (self.commands.waits and not self.aligned)
+        return self.follower.pace.waits or (self.commands.waits and not self.aligned)
 
     def lag(self) -> str:
         """That commands wait for motors that are too far behind, in words; empty if they do not."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from ..closed_loop.pose_loop import Loop, LoopStatus
+from ..closed_loop.loop_status import Loop, LoopStatus
 from ..following.external_wrench import ExternalWrench
 from ..following.measured_motors import MeasuredMotors
 

@@ -15,7 +15,8 @@ from cpr_core import CprError, Loads, Robot
 from cpr_core.model.assessment import Assessment
 
 from ..closed_loop.jogging import Jogger
-from ..closed_loop.pose_loop import LoopStatus, PoseLoop
+from ..closed_loop.loop_status import LoopStatus
+from ..closed_loop.pose_loop import PoseLoop
 from ..following.external_wrench import ExternalWrench
 from ..following.felt_wrench import FeltWrench
 from ..following.first_step import FirstStep
@@ -77,11 +78,7 @@ class Session:
         Raises:
             CprError: The robot has no motors, or the home of its description cannot be used.
         """
-        if not robot.motor_count:
-            source = robot.description.source
-            raise CprError(
-                f"{source}: expected a robot with motors, there are none to move or track"
-            )
+        _check_motors(robot)
         self.robot, self.period = robot, 1.0 / parameters.tick_rate
         self.commands = MotorCommands(robot, self.period, live.max_lead, live.moved_tolerance)
         self.measured = MeasuredMotors(live.measured_timeout)
@@ -108,27 +105,27 @@ class Session:
             robot,
             frames,
             self.follower,
-            live.time_limit,
-            parameters.characteristic_length,
-            lambda found, deadline: check_applied(found, deadline, self.orders),
+            time_limit=live.time_limit,
+            characteristic_length=parameters.characteristic_length,
+            check_applied=lambda found, deadline: check_applied(found, deadline, self.orders),
         )
         self.outgoing = Outgoing(
-            self.solver,
-            self.follower,
-            self.tracking,
-            self.commands,
-            self.measured,
-            self.moved_by_others,
+            solver=self.solver,
+            follower=self.follower,
+            tracking=self.tracking,
+            commands=self.commands,
+            measured=self.measured,
+            moved_by_others=self.moved_by_others,
         )
         self.present = Present(self.solver.current, self.follower, self.outgoing)
         self.orders = Orders(
-            self.solver,
-            self.present,
-            self.follower,
-            self.trajectories,
-            self.jogger,
-            self.loop,
-            self.outgoing,
+            solver=self.solver,
+            present=self.present,
+            follower=self.follower,
+            trajectories=self.trajectories,
+            jogger=self.jogger,
+            loop=self.loop,
+            outgoing=self.outgoing,
         )
         measured = self.measured if self.tracking is None else None
         self.senses = Senses(measured, self.wrench, self.loop_status, self.outgoing.lag)
@@ -226,7 +223,9 @@ class Session:
 
     def _be_cautious(self, now: float) -> None:
         """What is not seen is moved slowly."""
-        self.follower.caution = BLIND if self.follower.moving and self.senses.unseen(now) else 1.0
+        self.follower.pace.caution = (
+            BLIND if self.follower.moving and self.senses.unseen(now) else 1.0
+        )
 
     def _moved(self, before: Assessment, loads: Loads, aligned: bool, now: float) -> Outcome:
         """Where a tick leads, and what is told of it.
@@ -315,3 +314,14 @@ class Session:
     def input_watchdog(self) -> Watchdog:
         """Age of the newest setpoint, or of the measured motors."""
         return self.follower.watchdog if self.tracking is None else self.tracking.watchdog
+
+
+def _check_motors(robot: Robot) -> None:
+    """Whether there are any to move or track.
+
+    Raises:
+        CprError: There are none.
+    """
+    if not robot.motor_count:
+        source = robot.description.source
+        raise CprError(f"{source}: expected a robot with motors, there are none to move or track")

@@ -5,18 +5,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from cpr_core import CprError
 
-from .node_settings import Parameters
+from .node_settings import LiveParameters, Parameters, live_parameters
 from .parameter_calls import as_meant
-from .parameter_table import PARAMETERS, ROS_PARAMETERS, DeclaredParameter
+from .parameter_entry import DeclaredParameter
+from .parameter_table import PARAMETERS, ROS_PARAMETERS
 
-__all__ = ["declare", "undeclared"]
+__all__ = ["declare", "live_values", "undeclared"]
+
+_NONE: Mapping[str, Parameter] = MappingProxyType({})
 
 
 def declare(node: Node) -> Parameters:
@@ -59,6 +65,11 @@ def undeclared(node: Node) -> list[str]:
     return sorted(
         name for name in given if name not in ROS_PARAMETERS and not node.has_parameter(name)
     )
+
+
+def live_values(node: Node, changed: Mapping[str, Parameter] = _NONE) -> LiveParameters:
+    """Live parameters as they are declared, but for those that a call is about to change."""
+    return live_parameters(lambda name: (changed.get(name) or node.get_parameter(name)).value)
 
 
 def _descriptor(parameter: DeclaredParameter) -> ParameterDescriptor:

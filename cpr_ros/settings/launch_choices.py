@@ -13,7 +13,8 @@ from typing import Any
 
 import yaml
 
-from .parameter_table import PARAMETERS, DeclaredParameter
+from .parameter_entry import DeclaredParameter
+from .parameter_table import PARAMETERS
 
 __all__ = ["ARGUMENTS", "LaunchChoices", "unknown"]
 

@@ -5,59 +5,29 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
 from typing import NamedTuple
 
-__all__ = ["PARAMETERS", "ROS_PARAMETERS", "THRESHOLDS", "DeclaredParameter"]
+from .parameter_entry import DeclaredParameter
+
+__all__ = ["PARAMETERS", "ROS_PARAMETERS", "THRESHOLDS"]
 
 
-class DeclaredParameter(NamedTuple):
-    """One parameter.
+class MeasureThresholds(NamedTuple):
+    """Default thresholds of a measure, as the core has them.
 
     Attributes:
-        name: Its name.
-        default: Its value if none is given; says its type too.
+        warning: Motions that make it smaller are slowed down below.
+        stop: They are halted below.
+        largest: Largest value of both.
         unit: Unit; empty if it has none.
-        meaning: What it is.
-        limits: Smallest and largest value of a number.
-        choices: The only values of a string; empty: any.
-        live: Whether it may change at any time; else it is fixed at start.
+        meaning: What it measures.
     """
 
-    name: str
-    default: bool | int | float | str
+    warning: float
+    stop: float
+    largest: float
     unit: str
     meaning: str
-    limits: tuple[float, float] | None = None
-    choices: tuple[str, ...] = ()
-    live: bool = False
-
-    @property
-    def kind(self) -> str:
-        """Its type, as ROS calls it."""
-        names = {bool: "bool", int: "integer", float: "double", str: "string"}
-        return names[type(self.default)]
-
-    @property
-    def values(self) -> str:
-        """Which values it may have; empty: any of its type."""
-        if self.limits is not None:
-            return " to ".join(_plain(limit).removesuffix(".0") for limit in self.limits)
-        return " or ".join(self.choices)
-
-    @property
-    def default_text(self) -> str:
-        """Its default as it is written in a parameter file."""
-        if isinstance(self.default, bool):
-            return str(self.default).lower()
-        if isinstance(self.default, float):
-            return _plain(self.default)
-        return str(self.default) or "''"
-
-
-def _plain(number: float) -> str:
-    """A number without an exponent: YAML takes 2e-05 for a word, and so do tools that read it."""
-    return format(Decimal(repr(number)), "f")
 
 
 _RATE = (0.1, 1000.0)
@@ -136,26 +106,25 @@ _FIXED = (
     ),
 )
 
-#: Measures: default warning and stop, largest value, unit, meaning.
+
+#: By the measure.
 THRESHOLDS = {
-    "margin": (0.2, 0.05, 1.0, "", "stability margin"),
-    "forward_singularity": (
-        1e-4,
-        2e-5,
-        1.0,
-        "",
-        "smallest singular value of the forward problem",
+    "margin": MeasureThresholds(0.2, 0.05, 1.0, "", "stability margin"),
+    "forward_singularity": MeasureThresholds(
+        1e-4, 2e-5, 1.0, "", "smallest singular value of the forward problem"
     ),
-    "inverse_singularity": (
+    "inverse_singularity": MeasureThresholds(
         2e-3,
         5e-4,
         1.0,
         "",
         "smallest singular value of the inverse problem, watched with platform setpoints",
     ),
-    "motor_range": (0.05, 0.0, 10.0, "rad, rod lengths", "distance of a motor from its range"),
-    "effort_reserve": (0.2, 0.02, 1.0, "", "1 - effort / limit of a motor"),
-    "strain_reserve": (0.2, 0.05, 1.0, "", "1 - bending strain / limit of a rod"),
+    "motor_range": MeasureThresholds(
+        0.05, 0.0, 10.0, "rad, rod lengths", "distance of a motor from its range"
+    ),
+    "effort_reserve": MeasureThresholds(0.2, 0.02, 1.0, "", "1 - effort / limit of a motor"),
+    "strain_reserve": MeasureThresholds(0.2, 0.05, 1.0, "", "1 - bending strain / limit of a rod"),
 }
 
 
@@ -165,24 +134,21 @@ def _thresholds() -> tuple[DeclaredParameter, ...]:
         DeclaredParameter(
             f"{name}_{level}",
             default,
-            unit,
-            f"{meaning}: {reaction} below",
-            (0.0, largest),
-            live=True,
+            of.unit,
+            f"{of.meaning}: {reaction} below",
+            (0.0, of.largest),
         )
-        for name, (warning, stop, largest, unit, meaning) in THRESHOLDS.items()
-        for level, default, reaction in (("warning", warning, "slow down"), ("stop", stop, "halt"))
+        for name, of in THRESHOLDS.items()
+        for level, default, reaction in (
+            ("warning", of.warning, "slow down"),
+            ("stop", of.stop, "halt"),
+        )
     )
 
 
 _LIVE = (
     DeclaredParameter(
-        "hysteresis",
-        0.1,
-        "",
-        "of the action: part of the way from stop to warning",
-        (0.0, 1.0),
-        live=True,
+        "hysteresis", 0.1, "", "of the action: part of the way from stop to warning", (0.0, 1.0)
     ),
     DeclaredParameter(
         "max_speed",
@@ -190,15 +156,9 @@ _LIVE = (
         "rad/s, rod lengths/s",
         "speed no motor exceeds, behind its gear",
         (1e-6, 1000.0),
-        live=True,
     ),
     DeclaredParameter(
-        "setpoint_timeout",
-        0.0,
-        "s",
-        "age beyond which a setpoint is not followed; 0: none",
-        _LONG,
-        live=True,
+        "setpoint_timeout", 0.0, "s", "age beyond which a setpoint is not followed; 0: none", _LONG
     ),
     DeclaredParameter(
         "wrench_timeout",
@@ -206,15 +166,9 @@ _LIVE = (
         "s",
         "age beyond which an external wrench acts no more; 0: none",
         _LONG,
-        live=True,
     ),
     DeclaredParameter(
-        "measured_timeout",
-        0.5,
-        "s",
-        "age beyond which measured motors are stale; 0: none",
-        _LONG,
-        live=True,
+        "measured_timeout", 0.5, "s", "age beyond which measured motors are stale; 0: none", _LONG
     ),
     DeclaredParameter(
         "moved_tolerance",
@@ -223,7 +177,6 @@ _LIVE = (
         "motors measured farther from their last command were moved by others, or do not follow: once "
         "they rest the node begins anew where they are; 0: never",
         (0.0, 1000.0),
-        live=True,
     ),
     DeclaredParameter(
         "max_lead",
@@ -232,7 +185,6 @@ _LIVE = (
         "commands are ahead of measured motors by what these do at full speed in so long at most, or in "
         "a tick: they wait for motors that do not follow; 0: however far",
         _LONG,
-        live=True,
     ),
     DeclaredParameter(
         "arrived_tolerance",
@@ -241,7 +193,6 @@ _LIVE = (
         "a goal of ~/move_to is reached when every motor that is measured is so near to its command; 0: "
         "wherever they are measured",
         (0.0, 1000.0),
-        live=True,
     ),
     DeclaredParameter(
         "loop_gain",
@@ -249,7 +200,6 @@ _LIVE = (
         "1/s",
         "part of the error in the measured pose that is taken out in a second; 0: none",
         (0.0, 100.0),
-        live=True,
     ),
     DeclaredParameter(
         "loop_max_correction",
@@ -257,15 +207,9 @@ _LIVE = (
         "rod lengths, rad",
         "largest correction of a platform setpoint by the measured pose",
         (0.0, 1.0),
-        live=True,
     ),
     DeclaredParameter(
-        "loop_max_rate",
-        0.1,
-        "rod lengths/s, rad/s",
-        "speed of that correction",
-        (0.0, 100.0),
-        live=True,
+        "loop_max_rate", 0.1, "rod lengths/s, rad/s", "speed of that correction", (0.0, 100.0)
     ),
     DeclaredParameter(
         "measured_pose_timeout",
@@ -273,7 +217,6 @@ _LIVE = (
         "s",
         "age beyond which a measured pose is stale; 0: none",
         _LONG,
-        live=True,
     ),
     DeclaredParameter(
         "measured_pose_jump",
@@ -281,7 +224,6 @@ _LIVE = (
         "rod lengths, rad",
         "a measured pose farther from the one before is not believed; motion of the platform adds to it",
         (0.0, 100.0),
-        live=True,
     ),
     DeclaredParameter(
         "measured_pose_settling",
@@ -289,7 +231,6 @@ _LIVE = (
         "s",
         "how long measured poses have to agree after a jump to be believed again",
         _LONG,
-        live=True,
     ),
     DeclaredParameter(
         "twist_timeout",
@@ -297,7 +238,6 @@ _LIVE = (
         "s",
         "age beyond which a twist moves the platform setpoint no more",
         (0.01, 10.0),
-        live=True,
     ),
     DeclaredParameter(
         "wrench_effort_deviation",
@@ -306,7 +246,6 @@ _LIVE = (
         "standard deviation of a measured effort, the part that is always there; 0: a hundredth of "
         "E J / l for torques, of E J / l^2 for forces",
         (0.0, 1e6),
-        live=True,
     ),
     DeclaredParameter(
         "wrench_effort_deviation_relative",
@@ -314,7 +253,6 @@ _LIVE = (
         "",
         "standard deviation of a measured effort, the part that grows with it",
         (0.0, 1.0),
-        live=True,
     ),
     DeclaredParameter(
         "wrench_position_deviation",
@@ -322,7 +260,6 @@ _LIVE = (
         "m",
         "standard deviation of a measured pose; 0: wrenches are estimated without it",
         (0.0, 100.0),
-        live=True,
     ),
     DeclaredParameter(
         "wrench_rotation_deviation",
@@ -330,7 +267,6 @@ _LIVE = (
         "rad",
         "standard deviation of a measured pose; 0: wrenches are estimated without it",
         (0.0, 3.0),
-        live=True,
     ),
     DeclaredParameter(
         "wrench_max_speed",
@@ -338,7 +274,6 @@ _LIVE = (
         "rad/s, rod lengths/s",
         "speed of a measured motor beyond which no wrench is estimated",
         (1e-6, 1000.0),
-        live=True,
     ),
     DeclaredParameter(
         "wrench_consistency",
@@ -346,20 +281,17 @@ _LIVE = (
         "",
         "measurements less likely than this contradict each other: no wrench is estimated; 0: any",
         (0.0, 1.0),
-        live=True,
     ),
     DeclaredParameter(
-        "time_limit",
-        0.5,
-        "s",
-        "of a request, which holds up the others",
-        (1e-3, 3600.0),
-        live=True,
+        "time_limit", 0.5, "s", "of a request, which holds up the others", (1e-3, 3600.0)
     ),
 )
 
 #: All parameters of the node.
-PARAMETERS = (*_FIXED, *_thresholds(), *_LIVE)
+PARAMETERS = (
+    *_FIXED,
+    *(parameter._replace(live=True) for parameter in (*_thresholds(), *_LIVE)),
+)
 
 #: What ROS gives every node beside them.
 ROS_PARAMETERS = ("use_sim_time", "start_type_description_service")

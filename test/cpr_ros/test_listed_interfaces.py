@@ -40,7 +40,7 @@ def node(tmp_path_factory):
         node = CprNode(StopSignal())
         try:
             assert node.start()
-            assert node.active_session() is not None
+            assert node.robot.active_session() is not None
             yield node
         finally:
             node.destroy_node()

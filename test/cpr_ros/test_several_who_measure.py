@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from helpers.drive import robot
 
-from cpr_ros import node as of_node
+from cpr_ros import operated_robot
 from cpr_ros.following.moved_by_others import MovedByOthers
 
 
@@ -19,8 +19,9 @@ def test_where_the_robot_is_placed_it_is_watched_whether_all_agree(
     monkeypatch, publishers, watched
 ):
     others = MovedByOthers(robot("rfrfr"), 0.1)
-    monkeypatch.setattr(of_node, "other_publishers", lambda node, topic: publishers)
-    node = Mock(_required_session=lambda: SimpleNamespace(moved_by_others=others))
-    of_node.CprNode._place(node, np.array([2.6, 0.5]))
-    assert node._whereabouts.place.called
+    monkeypatch.setattr(operated_robot, "other_publishers", lambda node, topic: publishers)
+    placed = operated_robot.OperatedRobot(Mock(), Mock(), tick_rate=200.0)
+    placed.session, placed.whereabouts = SimpleNamespace(moved_by_others=others), Mock()
+    placed.place(np.array([2.6, 0.5]))
+    assert placed.whereabouts.place.called
     assert ("was just measured" in others.in_question) == watched == bool(others.in_question)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cpr_core.model.assessment import Threshold
-from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
+from cpr_ros.closed_loop.loop_status import Loop, LoopStatus
 from cpr_ros.following.goals import PoseGoal
 from cpr_ros.following.motor_ways import motor_steps
 from cpr_ros.messages.frames import Frames
@@ -50,7 +50,7 @@ class ClosedLoop:
         # what it makes of a pose.
         self.every, self.delay, self.stamped, self.several = 0.02, 0.0, True, False
         self.seen: Callable[[np.ndarray], np.ndarray | None] = lambda pose: pose
-        self._next, self._pictures = self.now, deque()
+        self.next_picture, self._pictures = self.now, deque()
 
     @property
     def model(self):
@@ -89,8 +89,8 @@ class ClosedLoop:
             self.tick()
 
     def _measure(self) -> None:
-        if self.every and self.now >= self._next - 1e-9:
-            self._next += self.every
+        if self.every and self.now >= self.next_picture - 1e-9:
+            self.next_picture += self.every
             self._pictures.append((self.now, self.seen(self.real.equilibrium.pose)))
         while self._pictures and self.now >= self._pictures[0][0] + self.delay - 1e-9:
             taken, pose = self._pictures.popleft()

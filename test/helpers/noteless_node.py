@@ -6,6 +6,7 @@
 from cpr_ros import node
 from cpr_ros.closed_loop.pose_loop import PoseLoop
 from cpr_ros.interface.outputs import Outputs
+from cpr_ros.interface.state_output import StateOutput
 from cpr_ros.node_run import run
 from cpr_ros.operation.announcements import Announcements
 
@@ -16,7 +17,7 @@ def fail(*_arguments, **_options):
 
 PoseLoop.note = fail
 Announcements.after_tick = fail
-Outputs.step = fail
+StateOutput.step = fail
 # A command that was late would be said after all.
 Outputs._repeat_commands = lambda self, session, now: None
 

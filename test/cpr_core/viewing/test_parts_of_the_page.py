@@ -86,7 +86,7 @@ def test_bars_are_those_of_measures_that_the_robot_has(planar):
 
 
 def test_the_node_has_the_thresholds_of_the_core():
-    of_node = {name: Threshold(*values[:2]) for name, values in THRESHOLDS.items()}
+    of_node = {name: Threshold(each.warning, each.stop) for name, each in THRESHOLDS.items()}
     assert of_node == DEFAULT_THRESHOLDS
 
 

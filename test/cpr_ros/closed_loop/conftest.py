@@ -6,7 +6,7 @@
 import pytest
 from helpers.closed_loop import TARGET, ClosedLoop
 
-from cpr_ros.closed_loop.pose_loop import Loop
+from cpr_ros.closed_loop.loop_status import Loop
 
 
 @pytest.fixture

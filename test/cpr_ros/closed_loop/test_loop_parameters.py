@@ -46,7 +46,7 @@ def test_one_on_its_way_beyond_a_new_limit_goes_no_farther():
     bench = ClosedLoop("rfrfr", loop_gain=100.0, loop_max_rate=0.02)
     bench.follow([0.05, 0.75])
     bench.run(1.0)
-    bench.every, bench._next = 1.0, bench.now
+    bench.every, bench.next_picture = 1.0, bench.now
     bench.run(0.1)
     loop = bench.session.loop
     size = loop.coordinates.size(loop.correction)

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cpr_core import InvalidRequest
+from cpr_ros.closed_loop.loop_status import Loop, LoopStatus
 from cpr_ros.closed_loop.measured_arrival import MeasuredArrival, measured_arrival
-from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
 from cpr_ros.following.pose_coordinates import PoseCoordinates
 
 THERE = LoopStatus(Loop.CLOSED, "", 0.01, 1e-4, 2e-3, at_setpoint=True)

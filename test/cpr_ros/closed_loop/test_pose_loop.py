@@ -12,7 +12,8 @@ from helpers.drive import robot
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from cpr_ros.closed_loop.pose_loop import Loop, PoseLoop
+from cpr_ros.closed_loop.loop_status import Loop
+from cpr_ros.closed_loop.pose_loop import PoseLoop
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.motor_commands import MotorCommands
 from cpr_ros.following.supervision import State
@@ -31,7 +32,7 @@ def test_the_measured_pose_is_met_exactly(name):
     assert bench.status.loop == Loop.OPEN
     assert np.isnan([bench.status.position_error, bench.status.rotation_error]).all()
     bench.every = 0.02
-    bench._next = bench.now
+    bench.next_picture = bench.now
     bench.run(3.5)
     print(f"{name}: open {off:.3g}, closed {bench.error(target):.1e} rod lengths or rad")
     assert off > 2e-3

@@ -10,8 +10,8 @@ import pytest
 from helpers.closed_loop import TARGET
 
 from cpr_core import load_robot, solve_home
+from cpr_ros.closed_loop.loop_status import Loop
 from cpr_ros.closed_loop.measured_arrival import MeasuredArrival
-from cpr_ros.closed_loop.pose_loop import Loop
 from cpr_ros.closed_loop.several_cameras import RecentPoses
 from cpr_ros.following.pose_coordinates import pose_coordinates
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from helpers.closed_loop import SLACK, TARGET, ClosedLoop, frozen, live
 
-from cpr_ros.closed_loop.pose_loop import Loop
+from cpr_ros.closed_loop.loop_status import Loop
 from cpr_ros.operation.live_changes import apply_live
 
 
@@ -190,7 +190,7 @@ def test_nothing_is_corrected_while_the_pose_jumps(bench):
 
 def test_outliers_of_a_slow_camera_freeze_and_are_told_by_how_many_they_are(bench):
     """Where a pose of before is too old to tell which one is wrong."""
-    bench.every, bench._next = 0.6, bench.now
+    bench.every, bench.next_picture = 0.6, bench.now
     apply_live(bench.session, live(measured_pose_timeout=2.0), bench.now)
     bench.follow(TARGET)
     bench.run(2.4)

@@ -196,7 +196,7 @@ def test_one_that_became_stale_is_halted_for_its_reason_when_it_comes_again(rfrf
 @pytest.mark.parametrize("ask", [to, lambda drive, *way: drive.follow(MotorGoal(drive.robot, way))])
 def test_what_is_not_seen_is_moved_slowly(rfrfr, ask, caution):
     """A supervisor was told of half the speed, and the robot went at its full one."""
-    rfrfr.follower.caution = caution
+    rfrfr.follower.pace.caution = caution
     way = [0.0, 0.75] if ask is to else rfrfr.motors + [0.2, 0.1]
     ask(rfrfr, *way)
     before, speeds = rfrfr.motors, []

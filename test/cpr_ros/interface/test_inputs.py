@@ -20,7 +20,7 @@ from std_msgs.msg import Float64MultiArray
 
 from cpr_core import solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
-from cpr_ros.closed_loop.pose_loop import Loop
+from cpr_ros.closed_loop.loop_status import Loop
 from cpr_ros.following.goals import MotorGoal
 from cpr_ros.following.supervision import State
 from cpr_ros.interface.first_measured import first_measured
@@ -49,19 +49,18 @@ class Listening:
             count_publishers=lambda topic: self.measured_by,
             publishers=[SimpleNamespace(topic_name=topic) for topic in published],
         )
-        self.inputs = Inputs(
-            self.node,
-            FRAMES,
-            lambda: self.session,
-            lambda: self.now,
-            lambda motors: None,
-            self._feel,
-        )
+        self.inputs = Inputs(self.node, FRAMES, self, lambda: self.now)
+
+    def active_session(self):
+        return self.session
+
+    def place(self, motors):
+        pass
 
     def _subscribe(self, kind, topic, callback, qos, raw):
         self._callbacks[topic] = callback
 
-    def _feel(self, session, message, now):
+    def feel(self, session, message, now):
         self.felt_names.append(list(message.name))
 
     def hear(self, topic, message):
@@ -107,6 +106,11 @@ class Listening:
         return self.session.loop._measured.newest
 
     @property
+    def disbelieved(self):
+        """Why the newest measured pose does not."""
+        return self.session.loop._measured.problem
+
+    @property
     def felt(self):
         """The measured pose that wrenches are estimated with."""
         return self.session.felt._pose
@@ -132,7 +136,7 @@ def test_poses_of_several_cameras_are_looked_at_as_such(publishers, frozen):
         listening.now += 0.02
         x, y = home + 0.06 * (number % 2)
         listening.hear_pose([x, y, 0.0], [1.0, 0.0, 0.0, 0.0])
-    assert ("two places" in listening.session.loop._measured.problem) == frozen
+    assert ("two places" in listening.disbelieved) == frozen
 
 
 def test_motors_that_are_not_named_keep_their_setpoint():
@@ -329,7 +333,7 @@ def test_an_orientation_that_was_not_measured_is_the_model_s_for_the_marker_s_ar
     listening = Listening(tracked("six_rfs", [0.1, 0.2, 1.5, np.pi, 0, 0], [0.03, 0, 0, 0, 0, 0]))
     listening.hear_pose([0.0, -0.6, 1.5], orientation, "tracker")  # it controls its orientation
     assert listening.dropped == 1 and listening.believed is None
-    assert "orientation" in listening.session.loop._measured.problem
+    assert "orientation" in listening.disbelieved
 
 
 @pytest.mark.parametrize("orientation", [(0, 0, 0, 0), (NAN, NAN, NAN, NAN)])
@@ -346,7 +350,7 @@ def test_a_tracker_of_points_is_told_which_coordinates_need_an_orientation(
     listening.hear_pose([0.0, -0.6, 1.5], orientation, frame)
     assert listening.dropped == 1
     told = f"the robot controls {turns}: points alone cannot close its loop"
-    problem = listening.session.loop._measured.problem
+    problem = listening.disbelieved
     assert problem.startswith("pose.orientation: expected a rotation, as ")
     assert told in problem
 
@@ -368,17 +372,17 @@ def test_numbers_of_a_tracker_that_are_none_are_dropped(position):
     listening = Listening(tracked("rfrfr", [0.1, 0.2, 1.5, np.pi, 0.0, 0.0]))
     listening.hear_pose(position, [1, 0, 0, 0], "tracker")
     assert listening.dropped == 1 and listening.believed is None
-    assert "finite" in listening.session.loop._measured.problem
+    assert "finite" in listening.disbelieved
 
 
 def test_a_robot_without_a_tracker_takes_none():
     listening = Listening(robot("rfrfr"))
     listening.hear_pose([0.0, 0.8, 0.0], [1, 0, 0, 0], "tracker")
     assert listening.dropped == 1
-    assert "expected 'base', got 'tracker'" in listening.session.loop._measured.problem
+    assert "expected 'base', got 'tracker'" in listening.disbelieved
     listening = Listening(tracked("rfrfr"))
     listening.hear_pose([0.0, 0.8, 0.0], [1, 0, 0, 0], "map")
-    assert "expected 'base' or 'tracker', got 'map'" in listening.session.loop._measured.problem
+    assert "expected 'base' or 'tracker', got 'map'" in listening.disbelieved
 
 
 def test_joints_of_others_on_the_topic_are_nothing_to_be_felt_with():

@@ -40,7 +40,7 @@ from cpr_core.lie import rotation_exp
 from cpr_core.model.assessment import Assessment
 from cpr_core.model.kinemato_statics import KinematoStatics
 from cpr_core.model.platform_coordinates import six_components
-from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
+from cpr_ros.closed_loop.loop_status import Loop, LoopStatus
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.supervision import BLIND, FIELDS, Action, State, Status, Verdict
 from cpr_ros.interface.diagnostics import NodeHealth, diagnostic_array

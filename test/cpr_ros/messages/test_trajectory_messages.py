@@ -10,7 +10,8 @@ from helpers.drive import changed_robot, robot
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import InvalidRequest, NonFiniteInput
-from cpr_ros.messages.trajectory_messages import AllowedErrors, duration_of, trajectory_order
+from cpr_ros.messages.trajectory_messages import AllowedErrors, trajectory_order
+from cpr_ros.messages.trajectory_points import duration_of
 
 NAMES = ["motor2", "motor1"]
 

@@ -67,7 +67,7 @@ def test_commands_wait_for_a_motor_that_jams_and_say_so(bench):
     lead = LIVE.max_lead * SETTINGS.max_speed
     np.testing.assert_allclose(bench.commands[-1] - home, [0.0, lead], rtol=2e-3, atol=1e-12)
     assert "the commands wait for a motor" in session.senses.unseen(bench.now)
-    assert session.follower.waits
+    assert session.follower.pace.waits
     sent, outcome = len(bench.commands), bench.tick()
     assert len(bench.commands) == sent
     assert (outcome.state, outcome.moved) == (State.FOLLOWING, False)
@@ -134,7 +134,7 @@ def test_a_motor_that_jams_is_gone_back_to_at_once(bench):
     for _ in range(80):
         session.take_measured(home - [0.0, 0.05], bench.now)  # and gives way
         bench.tick()
-    assert session.follower.waits
+    assert session.follower.pace.waits
     session.orders.follow(MotorGoal(session.robot, home), bench.now)
     bench.tick()
     assert bench.commands[-1][1] < bench.commands[-2][1]
@@ -196,7 +196,7 @@ def jammed(bench):
     apply_live(session, replace(LIVE, measured_timeout=0.1), bench.now)
     commanded(session, home)
     session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.5]), bench.now)
-    while not session.follower.waits or bench.tick().moved:
+    while not session.follower.pace.waits or bench.tick().moved:
         session.take_measured(home, bench.now)
         bench.tick()
     return session, home
@@ -273,7 +273,7 @@ def test_what_is_told_of_a_robot_that_waits_is_that_it_is_not_seen(bench):
 def test_a_trajectory_that_parameters_end_is_told_so(bench):
     session, endings = bench.session, waiting(bench, 0.0, [0.0, 0.4])
     home = session.solver.current.equilibrium.motors
-    while not session.follower.waits:
+    while not session.follower.pace.waits:
         session.take_measured(home, bench.now)
         bench.tick()
     apply_live(session, replace(LIVE, max_lead=0.3), bench.now)
@@ -289,7 +289,7 @@ def test_a_trajectory_that_waits_for_motors_that_are_measured_no_more_fails(benc
     for _ in range(60):
         session.take_measured(home, bench.now)
         bench.tick()
-    assert session.follower.waits
+    assert session.follower.pace.waits
     assert not endings
     for _ in range(30):
         bench.tick()

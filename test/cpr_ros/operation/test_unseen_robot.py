@@ -10,7 +10,7 @@ import pytest
 from helpers.drive import PERIOD, SETTINGS
 from helpers.session_bench import LIVE, Bench
 
-from cpr_ros.closed_loop.pose_loop import Loop, LoopStatus
+from cpr_ros.closed_loop.loop_status import Loop, LoopStatus
 from cpr_ros.following.goals import MotorGoal, PoseGoal
 from cpr_ros.following.supervision import BLIND, State
 from cpr_ros.operation.live_changes import apply_live

@@ -21,7 +21,7 @@ from helpers.node_process import TIMEOUT, Client, free_domain, running_node
 from rclpy.action import ActionServer
 from std_srvs.srv import SetBool
 
-from cpr_ros.interface.outputs import promised
+from cpr_ros.interface.streams import promised
 
 pytestmark = pytest.mark.waits(seconds=60)
 

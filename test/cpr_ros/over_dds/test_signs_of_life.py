@@ -18,7 +18,7 @@ from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import LivelinessPolicy, QoSProfile
 
-from cpr_ros.interface.outputs import promised
+from cpr_ros.interface.streams import promised
 
 LONGEST = Duration(seconds=0.2)
 
