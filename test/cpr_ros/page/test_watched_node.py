@@ -29,6 +29,8 @@ def test_a_node_is_there_gone_and_back():
     assert presence.seen(9.1) == "back"
     for tick in range(30):
         presence.hear(9.5 + 0.5 * tick)
+        if tick in (18, 20):  # ten seconds
+            assert presence.seen(9.6 + 0.5 * tick) == ("back" if tick == 18 else "there")
     assert presence.seen(24.1) == "there"
     assert [presence.seen(40.0), presence.seen(40.1)] == ["there", "gone"]
 
@@ -62,6 +64,8 @@ def test_a_minute_is_kept():
     assert (time[0], time[-1]) == (-60.0, 0.0)
     assert margin[-1] == 0.99
     assert np.isnan(distance).all()
+    minute.add(200.0, 0.5, 0.25)  # nothing came in between
+    assert [column.tolist() for column in minute.columns(200.0)] == [[0.0], [0.5], [0.25]]
 
 
 def test_lines_come_back_from_markers():
