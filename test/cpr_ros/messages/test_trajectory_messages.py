@@ -10,8 +10,10 @@ from helpers.drive import changed_robot, robot
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from cpr_core import InvalidRequest, NonFiniteInput
-from cpr_ros.messages.trajectory_messages import AllowedErrors, trajectory_order
-from cpr_ros.messages.trajectory_points import duration_of
+from cpr_ros.error_codes import RequestError
+from cpr_ros.following.trajectory_order import TrajectoryRefused
+from cpr_ros.messages.trajectory_messages import AllowedErrors, seconds_of, trajectory_order
+from cpr_ros.messages.trajectory_points import duration_of, point_message
 
 NAMES = ["motor2", "motor1"]
 
@@ -23,6 +25,13 @@ def point(time, positions, velocities=(), accelerations=()):
         velocities=velocities,
         accelerations=accelerations,
     )
+
+
+#: A point and one with an effort.
+PUSHED = [
+    point(1.0, [0.5, 2.6]),
+    JointTrajectoryPoint(time_from_start=duration_of(2.0), positions=[0.5, 2.6], effort=[0.0, 0.0]),
+]
 
 
 def test_all_numbers_are_put_in_the_order_of_the_motors():
@@ -49,6 +58,17 @@ def test_all_numbers_are_put_in_the_order_of_the_motors():
         np.testing.assert_array_equal(getattr(order, name), expected, err_msg=name)
 
 
+def test_of_names_in_any_order_every_motor_has_its_own_numbers():
+    """Two that change places do not tell an order from its inverse."""
+    six = robot("six_rfs")
+    names = [*six.motor_names[1:], six.motor_names[0]]
+    given = [5.6, 5.7, 5.8, 5.9, 6.0, 5.5]
+    message = JointTrajectory(joint_names=names, points=[point(1.0, given)])
+    order = trajectory_order(six, message, Time(), AllowedErrors(given))
+    np.testing.assert_array_equal(order.positions, [sorted(given)])
+    np.testing.assert_array_equal(order.path_tolerance, sorted(given))
+
+
 def test_what_is_not_said_is_at_once_and_anything_goes():
     message = JointTrajectory(joint_names=NAMES, points=[point(1.0, [0.5, 2.6])])
     order = trajectory_order(robot("rfrfr"), message, Time(sec=10))
@@ -65,14 +85,42 @@ def test_what_is_not_said_is_at_once_and_anything_goes():
         ([point(1.0, [0.5, np.nan])], (), NonFiniteInput, r"points\[0\]\.positions"),
         ([point(1.0, [0.5])], (), InvalidRequest, r"points\[0\]\.positions"),
         ([point(1.0, [0.5, 2.6])] * 10_001, (), InvalidRequest, "no more than 10000 points"),
+        (
+            [point(1.0, [0.5, 2.6])] * 10_000,
+            (),
+            TrajectoryRefused,
+            r"points\[1\].*more than the 1 s",
+        ),
+        ([point(1.0, [])], (), InvalidRequest, r"points\[0\]\.positions: expected 2 numbers"),
+        (PUSHED, (), InvalidRequest, r"points\[1\]\.effort"),
         ([point(1.0, [0.5, 2.6])], [0.1, -0.1], InvalidRequest, "path_tolerance: .* at least 0"),
     ],
-    ids=["accelerations", "nan", "short", "many", "tolerance"],
+    ids=["accelerations", "nan", "short", "many", "same time", "none", "effort", "tolerance"],
 )
 def test_what_cannot_be_followed_is_refused(points, tolerance, error, words):
     message = JointTrajectory(joint_names=NAMES, points=points)
     with pytest.raises(error, match=words):
         trajectory_order(robot("rfrfr"), message, Time(), AllowedErrors(tolerance))
+
+
+def test_an_end_may_be_late_by_a_time_that_ends():
+    message = JointTrajectory(joint_names=NAMES, points=[point(1.0, [0.5, 2.6])])
+    with pytest.raises(RequestError, match=r"goal_time_tolerance: expected .* got inf"):
+        trajectory_order(robot("rfrfr"), message, Time(), AllowedErrors((), (), np.inf))
+
+
+def test_a_stamp_has_no_meaning_before_there_is_a_clock():
+    message = JointTrajectory(joint_names=NAMES, points=[point(1.0, [0.5, 2.6])])
+    message.header.stamp = Time(sec=12)
+    with pytest.raises(TrajectoryRefused, match=r"header\.stamp: expected 0 .* got 12 s"):
+        trajectory_order(robot("rfrfr"), message, Time())
+
+
+def test_a_point_says_what_is_known_at_its_time():
+    told = point_message(-0.25, np.array([1.0, 2.0]), np.array([0.1, 0.2]))
+    assert (told.time_from_start.sec, told.time_from_start.nanosec) == (-1, 750_000_000)
+    assert seconds_of(told.time_from_start) == -0.25
+    assert (list(told.velocities), list(told.accelerations)) == ([0.1, 0.2], [])
 
 
 def test_rods_without_length_are_refused():
