@@ -94,6 +94,54 @@ def test_nothing_comes_of_what_stopped_work_has_posted():
     mailbox.close()
 
 
+def test_work_of_every_kind_ends_with_the_page_and_its_failure_is_told():
+    failures, tasks = [], []
+    background = Background(nothing_is_done, failures.append)
+
+    def work(task):
+        tasks.append(task)
+        while not task.stopped():
+            time.sleep(1e-3)
+        if len(failures) < 1:
+            raise ArithmeticError("at its end")
+
+    for kind in ("search", "play"):
+        background.start(kind, work)
+    threads = [*background._threads]
+    while len(tasks) < 2:
+        time.sleep(1e-3)
+    background.close()
+    assert len(threads) == 2 and not any(thread.is_alive() for thread in threads)
+    assert {type(failure) for failure in failures} == {ArithmeticError}
+
+
+def test_work_that_closes_the_page_does_not_wait_for_itself():
+    failures = []
+    background = Background(nothing_is_done, failures.append)
+    mailbox = Mailbox(failures.append)
+    background.start("search", lambda task: background.close())
+    for thread in [*background._threads]:
+        thread.join(10.0)
+    mailbox.ask("close", mailbox.close)
+    mailbox._thread.join(10.0)
+    assert failures == [] and not mailbox._thread.is_alive()
+
+
+def test_what_is_asked_again_is_done_as_early_as_it_was_due():
+    """What comes all the time would be put off all the time."""
+    done, free = [], threading.Event()
+    mailbox = Mailbox(pytest.fail)
+    mailbox.ask("hold", lambda: free.wait(10.0))
+    mailbox.ask("numbers", lambda: done.append("older"))
+    mailbox.ask("numbers", lambda: done.append("newer"), delay=100.0)
+    free.set()
+    assert mailbox.wait(10.0)
+    assert done == ["newer"]
+    mailbox.ask("late", lambda: done.append("late"), delay=100.0)
+    mailbox.close()
+    assert mailbox.wait(0.0) and done == ["newer"]  # nobody waits for what is never done
+
+
 def nothing_is_done(name, action):
     """The page of whoever posts nothing."""
     raise AssertionError(name)
