@@ -5,14 +5,17 @@
 
 import numpy as np
 import pytest
+from helpers.drive import changed_robot
 from helpers.shipped_steps import STEPS
 
 import cpr_core
 from cpr_core.drawing.robot_lines import equilibrium_lines
 from cpr_core.lie import quaternion_from_rotation
 from cpr_core.model.shape import Pose
+from cpr_core.viewing import handled_robot
 from cpr_core.viewing.handled_robot import HandledRobot
 from cpr_core.viewing.refused import Asked, ghost_lines
+from cpr_core.viewing.status_panel import status_text
 
 
 class Clock:
@@ -103,6 +106,7 @@ def test_the_ghost_of_a_pose_is_the_platform_of_the_robot_that_is_there(name):
     reached = cpr_core.solve_forward(robot, home.motors + STEPS[name])
     there = Pose(reached.platform_rotation, reached.platform_position)
     ghost = ghost_lines(home, Asked(platform=there))
+    assert ghost.legs == () and len(ghost.links) == 0  # nobody knows where they would be
     np.testing.assert_allclose(
         ghost.platform, equilibrium_lines(reached).platform, rtol=0, atol=1e-9 * robot.mean_length
     )
@@ -232,6 +236,7 @@ def test_moments_act_in_space_too(name):
     home = handled.equilibrium
     loads = home.loads.with_(wrench_world=[0, 0, 1e-3, 0, 0, 0])
     assert handled.load(loads), handled.words
+    assert status_text(handled).startswith("**energy does not decide (index 0)")
     expected = cpr_core.solve_forward(robot, home.motors, loads=loads)
     np.testing.assert_allclose(handled.equilibrium.state, expected.state, rtol=0.0, atol=1e-8)
     assert handled.push([0.0, 0.0, 1e-3])
@@ -280,3 +285,56 @@ def test_a_start_is_where_it_begins(planar):
     assert handled.equilibrium is start
     turned = quaternion_from_rotation(start.platform_rotation)
     assert handled.move_platform(start.platform_position, turned)
+
+
+def test_gravity_is_that_of_the_description():
+    """That of the earth is for robots that have none."""
+    handled = HandledRobot(
+        changed_robot("rfrfr", lambda content: content.update(gravity=[0.0, -3.0, 0.0]))
+    )
+    for on, expected in ((False, 0.0), (True, -3.0)):
+        assert handled.switch_gravity(on)
+        assert handled.has_gravity == on
+        np.testing.assert_array_equal(handled.equilibrium.loads.gravity, [0.0, expected, 0.0])
+
+
+def test_other_modes_bear_the_same_loads_and_say_how_far_that_is(planar):
+    handled = HandledRobot(planar)
+    assert handled.switch_gravity(True) and handled.push([0.05, 0.0, 0.0])
+    before = handled.equilibrium
+    assert handled.choose_modes(3)
+    after = handled.equilibrium
+    assert not after.loads.differences(before.loads)
+    apart = 1e3 * np.linalg.norm(after.platform_position - before.platform_position)
+    assert handled.words == f"3 modes: the platform is {apart:.3g} mm from where it was"
+
+
+def test_from_another_branch_no_modes_are_chosen_but_motors_move_on(planar):
+    """Of one that is unstable no stability can be lost."""
+    home = cpr_core.solve_home(planar)
+    found = cpr_core.find_equilibria(planar, home.motors)
+    for stable in {entry.stable for entry in found if not entry.from_home}:
+        other = next(e.equilibrium for e in found if not e.from_home and e.stable == stable)
+        handled = HandledRobot(planar)
+        handled.take(other, "jumped")
+        assert not handled.choose_modes(9)
+        assert handled.refused.kind == "branch" and "go home first" in handled.words
+        assert handled.equilibrium is other
+        assert handled.move_motors(home.motors + 1e-3), handled.words
+        assert handled.equilibrium.stable == stable
+
+
+def test_what_was_undone_and_is_done_again_can_be_undone_again(planar):
+    handled = HandledRobot(planar, clock=Clock())
+    home = handled.equilibrium
+    for _ in range(2):
+        assert handled.move_motor(0, home.motors[0] + 0.01)
+        assert handled.undo()
+        assert handled.equilibrium is home
+
+
+def test_what_takes_too_long_can_be_asked_again(planar, monkeypatch):
+    monkeypatch.setattr(handled_robot, "_TIME_LIMIT", 1e-9)
+    handled = HandledRobot(planar)
+    assert not handled.move_motors(handled.equilibrium.motors + 0.5)
+    assert handled.words.startswith("not there in time, ask again to go on: ")

@@ -280,3 +280,56 @@ def test_a_motor_that_is_sent_beyond_its_limits_is_expected_at_its_end():
     assert np.isfinite(limits).all()
     made.expect(0, limits[1] + 1.0)
     assert slider.value == slider.max == limits[1]
+
+
+@pytest.mark.parametrize(
+    ("moves", "limits", "at", "low", "high"),
+    [
+        ("rad", (-math.inf, math.inf), 1.0, 1.0 - math.pi, 1.0 + math.pi),
+        ("m", (-math.inf, math.inf), 1.0, 0.9, 1.1),
+        ("m", (-math.inf, 0.5), 0.3, 0.2, 0.5),
+        ("m", (0.1, 0.5), 0.6, 0.1, 0.6),
+        ("m", (0.1, 0.5), 0.05, 0.05, 0.5),
+        ("m", (0.1, 0.1), 0.1, 0.1, 0.1),
+    ],
+)
+def test_a_slider_reaches_to_its_limits_and_to_its_motor(moves, limits, at, low, high):
+    """Without limits half a turn, or half a length of the robot; a browser takes no step of 0."""
+    motor = SimpleNamespace(
+        name="motor1",
+        unit=moves,
+        moves=moves,
+        limits=SimpleNamespace(lower=limits[0], upper=limits[1]),
+    )
+    robot = SimpleNamespace(
+        description=SimpleNamespace(motors=[motor]), motor_units=[1.0 if moves == "rad" else 0.2]
+    )
+    gui = SimpleNamespace(add_slider=Slider)
+    made = MotorSliders(gui, robot, [at], lambda *_: None, lambda *_: None)
+    slider = made._sliders[0].handle
+    assert (slider.min, slider.max, slider.value) == (pytest.approx(low), pytest.approx(high), at)
+    assert slider.step > 0.0
+
+
+def test_a_slider_stays_where_a_hand_has_put_it_until_that_is_done(sliders):
+    made, slider, moved, _ = sliders
+    asked = slider.min + 700 * slider.step
+    for _ in range(2):  # said again, it is not asked again
+        in_own_loop(slider.hear(asked))
+        assert moved == [(0, asked)]
+    slider.update_timestamp -= 4.0
+    made.show([2.5, 0.55])  # of something that was asked before
+    assert slider.value == asked
+    made.done(0, asked)
+    made.show([2.5, 0.55], held=0)  # it was refused: who holds it sees what is asked
+    assert slider.value == asked
+    made.show([2.5, 0.55])
+    assert slider.value == 2.5
+
+
+def test_a_slider_whose_request_is_never_done_goes_back(sliders):
+    made, slider, _, _ = sliders
+    in_own_loop(slider.hear(slider.min + 700 * slider.step))
+    slider.update_timestamp -= 6.0
+    made.show([2.5, 0.55])
+    assert slider.value == 2.5

@@ -152,6 +152,7 @@ def test_numbers_come_back_from_their_text():
     values = np.array([1 / 3, -2e-7, 0.0, 1234.5])
     again = typed_numbers("motors", numbers_as_text(values), ("a", "b", "c", "d"))
     np.testing.assert_allclose(again, values, rtol=1e-9)
+    assert numbers_as_text(np.array([-0.0])) == "0"
 
 
 def test_equilibria_come_round_by_round(planar):
@@ -260,6 +261,23 @@ def test_a_node_is_put_exactly_where_it_is_to_be():
         np.testing.assert_array_equal(node.sent["wxyz"], quaternion)
 
 
+def test_what_is_where_it_was_is_not_sent_and_what_is_far_once():
+    class Node:
+        def __init__(self):
+            self.sent, self.position = [], np.zeros(3)
+
+        def __setattr__(self, name, value):
+            super().__setattr__(name, value)
+            if name == "position":
+                self.sent.append(value.tolist())
+
+    node = Node()
+    for position in ([0.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.5, 0.0]):
+        node.sent.clear()
+        put(node, np.array(position))
+        assert node.sent == [position]
+
+
 def test_a_screen_is_kept_as_yaml(planar):
     handled = HandledRobot(planar)
     handled.move_motors(handled.equilibrium.motors + [4.0, -4.0])
@@ -287,10 +305,12 @@ def test_all_that_was_refused_is_kept_as_yaml():
 
 
 def test_pictures_become_a_gif():
-    frames = [np.full((20, 30, 3), 60 * number, np.uint8) for number in range(4)]
+    frames = [np.full((20, 30, 4), (60 * number, 0, 9, 255), np.uint8) for number in range(4)]
     content = as_gif(frames, 10.0)
     picture = Image.open(io.BytesIO(content))
     assert (picture.format, picture.n_frames, picture.size) == ("GIF", 4, (30, 20))
+    picture.seek(3)
+    assert picture.convert("RGB").getpixel((15, 10)) == (180, 0, 9)
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,9 @@ def test_a_node_that_is_gone_takes_with_it_all_that_was_known(page):
     assert page._words.content == "control was given back: the node is gone"
     assert page._action_bar.color == "gray"
     assert page._action_text.content == "nothing is known of the robot"
-    assert [label.content for label, _ in page._bars._rows] == ["margin: none"]
+    (label, filled), *others = page._bars._rows
+    assert (label.content, filled.value, filled.color) == ("margin: none", 100.0, "gray")
+    assert others == []
     page.say("as_before")
     page.show_presence("gone")  # nobody is in control any more
     assert page._words.content == "as\\_before"
@@ -186,3 +188,12 @@ def test_a_button_sends_what_is_to_be_read_on_it():
     assert len(refused) == 1 and "expected 2 numbers" in str(refused[0])
     first.use()  # pressed before it was taken away
     assert asked[-1] == [2.5, -1e-17]
+
+
+def test_bars_follow_what_they_show(page):
+    for margin in (0.5, 0.47, 0.15):
+        shown = bar("margin", margin, Threshold(0.2, 0.1))
+        page.show_stability(0, "", [shown], under_way=False)
+        [(label, filled)] = page._bars._rows
+        assert label.content == shown.text
+        assert filled.value == pytest.approx(100.0 * shown.filled, abs=0.06)
