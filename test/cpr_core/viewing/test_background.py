@@ -127,6 +127,22 @@ def test_work_that_closes_the_page_does_not_wait_for_itself():
     assert failures == [] and not mailbox._thread.is_alive()
 
 
+def test_who_waits_waits_for_what_is_under_way():
+    begun, free = threading.Event(), threading.Event()
+    mailbox = Mailbox(pytest.fail)
+
+    def work():
+        begun.set()
+        free.wait(10.0)
+
+    mailbox.ask("work", work)
+    assert begun.wait(10.0)
+    assert not mailbox.wait(0.0)
+    free.set()
+    assert mailbox.wait(10.0)
+    mailbox.close()
+
+
 def test_what_is_asked_again_is_done_as_early_as_it_was_due():
     """What comes all the time would be put off all the time."""
     done, free = [], threading.Event()

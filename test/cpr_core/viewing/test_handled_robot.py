@@ -134,6 +134,7 @@ def test_absurd_numbers_change_nothing_and_are_told(planar, asked, said):
     assert not asked(handled)
     assert said in handled.words
     assert handled.refused.reason == handled.words
+    assert handled.refused.kind.islower()
     assert handled.equilibrium is home
     assert not handled.undoable
 
@@ -200,7 +201,7 @@ def test_loads_gravity_and_home(planar):
     assert handled.push([0.01, 0.0, 0.0])
     np.testing.assert_array_equal(handled.force, [0.01, 0.0, 0.0])
     np.testing.assert_array_equal(handled.equilibrium.motors, home.motors)
-    assert handled.go_home()
+    assert handled.go_home() and handled.words == "at home"  # walked, its loads with it
     np.testing.assert_allclose(
         handled.equilibrium.platform_position, home.platform_position, atol=1e-10
     )
@@ -324,17 +325,28 @@ def test_from_another_branch_no_modes_are_chosen_but_motors_move_on(planar):
         assert handled.equilibrium.stable == stable
 
 
-def test_what_was_undone_and_is_done_again_can_be_undone_again(planar):
-    handled = HandledRobot(planar, clock=Clock())
-    home = handled.equilibrium
-    for _ in range(2):
-        assert handled.move_motor(0, home.motors[0] + 0.01)
-        assert handled.undo()
-        assert handled.equilibrium is home
-
-
 def test_what_takes_too_long_can_be_asked_again(planar, monkeypatch):
     monkeypatch.setattr(handled_robot, "_TIME_LIMIT", 1e-9)
     handled = HandledRobot(planar)
     assert not handled.move_motors(handled.equilibrium.motors + 0.5)
     assert handled.words.startswith("not there in time, ask again to go on: ")
+
+
+def test_a_pose_on_the_other_side_of_an_instability_is_not_walked_to(planar):
+    handled = HandledRobot(planar)
+    assert cpr_core.solve_inverse(planar, [0.0, -0.2], start=handled.equilibrium).index_locked > 0
+    assert not handled.move_pose([0.0, -0.2])
+    assert handled.equilibrium.stable and handled.undoable
+    assert handled.refused.kind == "stability"
+
+
+def test_a_hand_that_rests_for_more_than_a_second_begins_anew(planar):
+    clock = Clock()
+    handled = HandledRobot(planar, clock=clock)
+    motors = handled.equilibrium.motors
+    for number, pause in enumerate((0.0, 0.9, 1.1), 1):
+        clock.now += pause
+        assert handled.move_motor(0, motors[0] + 0.01 * number)
+    assert handled.undo()
+    assert handled.equilibrium.motors[0] == motors[0] + 0.02
+    assert handled.undo() and not handled.undoable

@@ -257,6 +257,9 @@ def test_a_motor_that_is_sent_beyond_its_slider_widens_it(sliders):
     assert slider.value == far
     in_own_loop(slider.hear(far - slider.step))
     assert moved == [(0, far - slider.step)]
+    low = slider.min - 1.0
+    made.expect(0, low)
+    assert slider.value == slider.min == low
 
 
 def test_a_number_that_is_typed_wrongly_spoils_no_slider(sliders):

@@ -7,6 +7,7 @@ import asyncio
 import io
 import math
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from PIL import Image
 import cpr_core
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
 from cpr_core.model.assessment import DEFAULT_THRESHOLDS, Threshold
+from cpr_core.viewing import bars as of_bars
 from cpr_core.viewing.background import Background
 from cpr_core.viewing.bars import bar, bars
 from cpr_core.viewing.dragged import Grip
@@ -83,6 +85,16 @@ def test_bars_are_those_of_measures_that_the_robot_has(planar):
     assert names[:3] == ["margin", "forward singularity", "inverse singularity"]
     limited = cpr_core.load_robot("delta")
     assert "motor range" in [found.name for found in bars(cpr_core.solve_home(limited))]
+
+
+def test_a_measure_that_is_not_known_is_shown_as_a_stop(monkeypatch):
+    values = {"margin": math.nan, "motor_range": 0.5}
+    known = SimpleNamespace(value=lambda name: values.get(name, math.inf))
+    monkeypatch.setattr(of_bars, "Assessment", lambda _: known)
+    assert {each.name: each.level for each in bars(None)} == {
+        "margin": "stop",
+        "motor range": "fine",
+    }
 
 
 def test_the_node_has_the_thresholds_of_the_core():
