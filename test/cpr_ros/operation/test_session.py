@@ -321,6 +321,19 @@ def test_parameters_send_no_commands_that_a_wrench_holds_back(bench):
     assert len(bench.commands) == 1
 
 
+@pytest.mark.parametrize(("offset", "force"), [(0.1, 0.0), (0.0, -500.0)])
+def test_parameters_pause_no_commands_that_go_on_and_no_robot_that_has_none(bench, offset, force):
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    begin_at(session, home, home.motors + offset, 0.0)
+    bench.push(force, 0.0, 0.0)
+    outcome = bench.tick()
+    assert (outcome.state == State.ALIGNING) == (offset > 0.0)
+    assert (outcome.refusal is not None) == (force != 0.0)
+    assert not apply_live(session, replace(LIVE, wrench_timeout=0.5), bench.now)
+    assert not session.follower.paused
+    assert bench.tick().state == outcome.state
+
+
 def test_parameters_do_not_move_motors_that_hold_a_pose_against_a_wrench(bench):
     """Another timeout takes the wrench away: they would go where they hold it without."""
     session, home = bench.session, bench.session.solver.current.equilibrium
