@@ -371,6 +371,9 @@ def test_only_another_timeout_of_twists_ends_a_twist(bench):
     assert bench.tick().state == State.FOLLOWING
     assert not apply_live(session, replace(LIVE, max_lead=0.5), bench.now)
     assert apply_live(session, replace(LIVE, twist_timeout=2.0 * LIVE.twist_timeout), bench.now)
+    session.orders.follow(MotorGoal(session.robot, [2.69, 0.50]), bench.now)
+    bench.tick()
+    assert not apply_live(session, LIVE, bench.now)  # no twist, none of its concern
 
 
 def test_an_empty_trajectory_ends_the_way_home(bench):
