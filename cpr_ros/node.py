@@ -85,7 +85,7 @@ class CprNode(LifecycleNode):
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._log_parameters)
         self._health.begin(self._started)
-        self._health.add(self.parameters.diagnostics_rate, self.robot.publish_diagnostics)
+        self._health.add(self.parameters.diagnostics_rate, self._publish_diagnostics)
         self._health.add(_FILE_RATE, self.robot.look_after_file)
         answer_impossible_transitions(self)
         answer_parameter_calls(self)
@@ -287,6 +287,9 @@ class CprNode(LifecycleNode):
             for line in crossed_thresholds(live.settings.thresholds):
                 self.get_logger().warning(line)
         return SetParametersResult(successful=True)
+
+    def _publish_diagnostics(self) -> None:
+        self.robot.publish_diagnostics(self._state_machine.current_state[1])
 
     def _log_parameters(self, parameters: list[Parameter]) -> None:
         if parameters:

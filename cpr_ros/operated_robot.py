@@ -146,8 +146,12 @@ class OperatedRobot:
         if self.whereabouts is not None:
             self.whereabouts.look_after_file()
 
-    def publish_diagnostics(self) -> None:
-        """Say how node and robot get on, and to the log what is measured no more."""
+    def publish_diagnostics(self, life: str) -> None:
+        """Say how node and robot get on, and to the log what is measured no more.
+
+        Args:
+            life: State of the node's life cycle.
+        """
         session, now = self.active_session(), time.monotonic()
         commanders = ""
         if session is not None:
@@ -160,7 +164,7 @@ class OperatedRobot:
             self._announce(session.felt.announcement(now))
         dropped = self.interfaces.dropped if self.interfaces else None
         health = NodeHealth(
-            life=self._node._state_machine.current_state[1],
+            life=life,
             dropped=dropped.counts if dropped else {},
             newly_dropped=dropped.newest() if dropped else {},
             late_ticks=self.ticking.late,

@@ -12,8 +12,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from cpr_core import InvalidRequest, NonFiniteInput
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.trajectory_order import TrajectoryRefused
-from cpr_ros.messages.trajectory_messages import AllowedErrors, seconds_of, trajectory_order
-from cpr_ros.messages.trajectory_points import duration_of, point_message
+from cpr_ros.messages.trajectory_messages import AllowedErrors, trajectory_order
+from cpr_ros.messages.trajectory_points import duration_of, point_message, seconds_of
 
 NAMES = ["motor2", "motor1"]
 

@@ -11,12 +11,13 @@ import pytest
 from cpr_msgs.msg import ErrorCode, StabilityMetrics
 from cpr_msgs.srv import SolveForward
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from helpers.driver import Driver
+from helpers.driver import Driver, set_parameters
 from helpers.node_process import Client, NodeProcess, change, free_domain
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import GetState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
+from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 
@@ -56,6 +57,7 @@ def test_the_whole_life(managed):
     health = client.messages(DiagnosticArray, "/diagnostics", 1)[0].status
     assert [entry.level for entry in health] == [DiagnosticStatus.STALE]
     assert health[0].message == "unconfigured"
+    assert set_parameters(client, "/cpr_node", max_speed=0.9).successful  # before there is a robot
 
     assert change(client, Transition.TRANSITION_CONFIGURE)
     assert state(client) == State.PRIMARY_STATE_INACTIVE
@@ -93,6 +95,18 @@ def test_the_whole_life(managed):
     assert change(client, Transition.TRANSITION_ACTIVATE)
     # Forgotten is the robot, not where it is.
     drive.until(lambda: np.array_equal(drive.motors, [2.65, 0.5]))
+
+    # What was under way is not gone on with.
+    drive.send_motors(3.6, 0.5)
+    drive.until(lambda: drive.motors[0] > 2.7)
+    assert change(client, Transition.TRANSITION_DEACTIVATE)
+    drive.spin(0.1)
+    drive.forget()
+    assert change(client, Transition.TRANSITION_ACTIVATE)
+    drive.spin(0.3)
+    assert {told.state for told in drive.all(StabilityMetrics)} == {StabilityMetrics.STATE_IDLE}
+    assert len({told.position[0] for told in drive.all(JointState)}) == 1
+    assert drive.motors[0] < 3.0
     assert change(client, Transition.TRANSITION_ACTIVE_SHUTDOWN)
     assert state(client) == State.PRIMARY_STATE_FINALIZED
 
