@@ -22,7 +22,7 @@ from ..rods.strain_basis import STRAIN_BASES
 from .chain_joints import CHAIN_JOINTS
 from .description_builder import described_robot
 from .description_paths import Place, numbers_in, path_of
-from .description_schema import description_schema
+from .description_schema import description_schema, without_references
 from .joints import JOINTS
 from .motors import MOTORS
 from .number_schema import surely_allowed
@@ -187,7 +187,7 @@ def _validator(kinds: tuple[tuple[str, type[Described]], ...]) -> Any:
     """What checks content, made once for all classes that have a name now."""
     import jsonschema  # takes as long to import as all of this package
 
-    return jsonschema.Draft202012Validator(description_schema())
+    return jsonschema.Draft202012Validator(without_references(description_schema()))
 
 
 def check_numbers(source: str, content: Any, places: Mapping[Place, float]) -> None:

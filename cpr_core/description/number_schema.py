@@ -10,8 +10,6 @@ number allow it. Where that cannot be told from those the answer is no, and the 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import reduce
-from operator import getitem
 from typing import Any
 
 from .description_paths import Key, Place
@@ -48,7 +46,7 @@ def surely_allowed(validator: Any, content: Any, place: Place, value: float) -> 
     schemas, instance = [validator.schema], content
     for key in place:
         below: list[Any] = []
-        if not all(_descend(validator.schema, schema, instance, key, below) for schema in schemas):
+        if not all(_descend(schema, instance, key, below) for schema in schemas):
             return False
         schemas, instance = below, instance[key]
     return bool(schemas) and all(
@@ -56,15 +54,13 @@ def surely_allowed(validator: Any, content: Any, place: Place, value: float) -> 
     )
 
 
-def _descend(root: Any, schema: Any, instance: Any, key: Key, below: list[Any]) -> bool:
+def _descend(schema: Any, instance: Any, key: Key, below: list[Any]) -> bool:
     """Add what a schema says of an entry; whether that is all it has to do with it."""
     if isinstance(schema, bool):
         return schema
     for keyword, part in schema.items():
         parts: list[Any] = []
-        if keyword == "$ref":
-            parts = [reduce(getitem, part.removeprefix("#/").split("/"), root)]
-        elif keyword == "allOf":
+        if keyword == "allOf":
             parts = part
         elif keyword == "if":
             holds = _holds(part, instance)
@@ -80,20 +76,18 @@ def _descend(root: Any, schema: Any, instance: Any, key: Key, below: list[Any]) 
         elif keyword in ("anyOf", "oneOf"):
             if any(set(choice) != {"required"} for choice in part):
                 # Where only one choice is a list, or has fields, as the instance does, it has to hold.
-                parts = [choice for choice in part if _may_hold(root, choice, instance)]
+                parts = [choice for choice in part if _may_hold(choice, instance)]
                 if len(parts) != 1:
                     return False
         elif keyword not in _STRUCTURE:
             return False
-        if not all(_descend(root, other, instance, key, below) for other in parts):
+        if not all(_descend(other, instance, key, below) for other in parts):
             return False
     return True
 
 
-def _may_hold(root: Any, schema: Any, instance: Any) -> bool:
+def _may_hold(schema: Any, instance: Any) -> bool:
     """Whether a schema may be that of a list, or of something with fields, to go by its type."""
-    while isinstance(schema, Mapping) and "$ref" in schema:
-        schema = reduce(getitem, schema["$ref"].removeprefix("#/").split("/"), root)
     kind = schema.get("type") if isinstance(schema, Mapping) else None
     own = "array" if isinstance(instance, list) else "object"
     return kind is None or own == kind or own in kind
