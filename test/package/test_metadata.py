@@ -22,7 +22,7 @@ from cpr_core.model.assessment import MEASURES
 from cpr_ros.settings.parameter_table import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
-#: rosdep keys of Python packages.
+#: Python packages as Debian and rosdep call them.
 KEYS = {
     "hypothesis": "python3-hypothesis",
     "jsonschema": "python3-jsonschema",
@@ -36,7 +36,8 @@ KEYS = {
     "tqdm": "python3-tqdm",
     "yaml": "python3-yaml",
 }
-
+#: Of these what rosdep has no key for (rosdistro, 2026-08): a key that is missing ends it.
+WITHOUT_KEY = "python3-threadpoolctl"
 
 #: What is imported only where it is used, and comes with an extra of setup.py: rosdep has no key for it.
 OPTIONAL = {"PIL": "pillow", "rich": "rich", "viser": "viser", "xarray": "xarray"}
@@ -80,6 +81,20 @@ def test_package_xml_names_nothing_else():
     packages = {KEYS.get(name, name) for name in imported("cpr_core", "cpr_ros", "launch")}
     # rviz is started, not imported; what is generated from interfaces is not, either.
     assert declared(["depend"]) <= packages | {"lifecycle_msgs"}
+
+
+def test_rosdep_and_colcon_are_told_of_the_nested_package():
+    """Both look no farther below a package that they meet."""
+    page = (ROOT / "docs/building.md").read_text()
+    lines = re.findall(r"(?m)^(?:rosdep|colcon) .* --(?:from|base)-paths ((?:src\S* ?)+)", page)
+    assert [line.split() for line in lines] == 2 * [["src/cpr_ros", "src/cpr_ros/msg_defs"]]
+
+
+def test_what_rosdep_has_no_key_for_is_installed_beside_it():
+    page = (ROOT / "docs/building.md").read_text()
+    assert WITHOUT_KEY in declared(["depend"])
+    assert re.search(rf"(?m)^sudo apt install {WITHOUT_KEY}$", page)
+    assert re.search(rf"(?m)^rosdep install .* --skip-keys {WITHOUT_KEY}$", page)
 
 
 def test_both_packages_have_the_same_version_and_licence():
