@@ -97,6 +97,20 @@ def test_what_rosdep_has_no_key_for_is_installed_beside_it():
     assert re.search(rf"(?m)^rosdep install .* --skip-keys {WITHOUT_KEY}$", page)
 
 
+def test_the_quality_declaration_names_the_packages_of_setup():
+    """Those of users: what only tests import is left out."""
+    call = ast.parse((ROOT / "setup.py").read_text()).body[-1].value
+    given = {keyword.arg: keyword.value for keyword in call.keywords}
+    extras = given["extras_require"]
+    lists = {key.value: value for key, value in zip(extras.keys, extras.values, strict=True)}
+    lines = [given["install_requires"], *(lists[name] for name in ("maps", "view", "verify"))]
+    needed = {re.match(r"[\w-]+", item.value)[0] for line in lines for item in line.elts}
+    page = (ROOT / "QUALITY_DECLARATION.md").read_text()
+    row = re.search(r"(?m)^\| 5 dependencies \| (.*?)\): none has", page)[1]
+    named = {name.lower() for name in re.findall(r"[\w-]+", row)}
+    assert named - {"and", "in", "extras"} == needed
+
+
 def test_both_packages_have_the_same_version_and_licence():
     texts = [(ROOT / name).read_text() for name in ("package.xml", "msg_defs/package.xml")]
     for tag in ("version", "license"):
