@@ -65,7 +65,7 @@ def description_schema() -> dict[str, Any]:
 
 
 def without_references(schema: dict[str, Any]) -> dict[str, Any]:
-    """The same with what is referred to in place of references: content is checked in two thirds of the time."""
+    """The same with what is referred to in place of references: checked in two thirds of the time."""
 
     def resolved(part: Any) -> Any:
         if isinstance(part, list):
