@@ -267,6 +267,19 @@ def test_every_error_code_has_its_meaning_and_is_on_the_page_of_the_node():
     assert rows == meant
 
 
+@pytest.mark.parametrize("service", ["SolveForward", "SolveInverse"])
+def test_every_field_of_what_is_asked_for_is_on_the_page_of_the_node(service):
+    request, answer = (ROOT / f"msg_defs/srv/{service}.srv").read_text().split("---\n")
+    page = (ROOT / "docs/node.md").read_text()
+    asked, answered = re.search(
+        r"(?s)\nFields of `solve_forward`(.*?)\nThe answer holds(.*?)\n`error_code` is", page
+    ).groups()
+    for part, told in ((request, asked), (answer, answered)):
+        fields = re.findall(r"(?m)^[\w/]+(?:\[[<=\d]*\])? (\w+)(?: |$)", part)
+        assert len(fields) > 2
+        assert [name for name in fields if f"`{name}`" not in told] == []
+
+
 @pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
 def test_parameter_files_name_parameters_of_the_node(name):
     parameters = yaml.safe_load((ROOT / f"config/node/{name}.yaml").read_text())
