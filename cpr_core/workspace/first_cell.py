@@ -163,8 +163,9 @@ def target_at(problem: CellProblem, values: Floats, start: Equilibrium) -> Targe
 
 
 def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:
-    """Signs as the kernels have them."""
-    if not problem.conservative:
+    """Signs as the kernels have them; between poses of redundant motors no sign tells branches apart."""
+    square = problem.given_motors or not found.robot.redundancy
+    if square and not problem.conservative:
         target: Target = (
             MotorTarget(found.motors)
             if problem.given_motors

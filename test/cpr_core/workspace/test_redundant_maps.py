@@ -14,6 +14,7 @@ from cpr_core import (
     NoInverseSolution,
     kinemato_statics,
     load_robot,
+    solve_forward,
     solve_home,
     solve_inverse,
 )
@@ -93,6 +94,21 @@ def test_motors_that_are_held_are_held_all_over_the_map(robot, grid):
     for cell in cells[::4]:
         wanted = solve_inverse(held, found.equilibrium(int(cell)).pose, start=home)
         np.testing.assert_allclose(found.motors[cell], wanted.motors, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("objective", ["least_motion", "least_effort"])
+def test_poses_are_mapped_under_loads_without_a_potential_too(robot, grid, objective):
+    """The determinant of a matrix that is not square was asked for."""
+    home = solve_home(robot)
+    loads = robot.default_loads.with_(wrench_body=[0, 0, 0, 0.05, 0.02, 0])
+    start = solve_forward(robot, home.motors, start=home, loads=loads)
+    found = map_workspace(robot, grid, start=start, objective=objective, tolerance=1e-3)
+    assert found.complete and found.reached.all() and not found.usable.any()
+    assert not len(found.disagreements)
+    for cell in range(0, grid.size, 4):
+        pose = found.equilibrium(cell).pose
+        expected = solve_inverse(robot, pose, start=start, objective=objective)
+        np.testing.assert_allclose(found.motors[cell], expected.motors, rtol=0.0, atol=1e-6)
 
 
 def test_borders_are_refined_where_the_platform_goes_no_farther(robot):
