@@ -49,6 +49,8 @@ _COUNTED = 1e9
 _DIRECTIONS = "tangent, normal, axis and axis_in_rod from bases to tips"
 #: Misfit of a tip [rod lengths and rad] below which springs have closed its joint.
 _FITS = 0.01
+#: Size of a constraint, of the largest, that is rounding where all joints are closed.
+_DEPENDENT = 1e-12
 
 
 def solve_home(robot: Robot) -> Equilibrium:
@@ -82,9 +84,9 @@ def _found(robot: Robot) -> Equilibrium:
             None,
         )
     home = _loaded(robot, guess, unloaded)
-    loose = _loose_motion(home)
-    if loose:
-        raise NoForwardSolution(f"{source}: home: {loose}", 0.0, None)
+    wrong = _loose_motion(home) or _held_twice(home, _DEPENDENT)
+    if wrong:
+        raise NoForwardSolution(f"{source}: home: {wrong}", 0.0, None)
     _check_distance(guess, home)
     _check_turn(guess, home)
     if guess.strain is None:  # else somebody knows how rods are wound
@@ -214,7 +216,7 @@ def _assembled(robot: Robot, guess: HomeGuess) -> tuple[Equilibrium, str | None]
 def _what_keeps_it_open(held: Equilibrium) -> str:
     """Why a robot that only springs hold cannot be assembled, in words."""
     size, text = _worst_gap(held.robot, Configuration.of(held))
-    return (size < _FITS and (_loose_motion(held) or _held_twice(held))) or text
+    return (size < _FITS and (_loose_motion(held) or _held_twice(held, _FITS))) or text
 
 
 def _settled(robot: Robot, start: Equilibrium) -> Equilibrium | None:
@@ -305,14 +307,14 @@ def _in_words(robot: Robot, loose: Floats) -> str:
     )
 
 
-def _held_twice(held: Equilibrium) -> str:
+def _held_twice(held: Equilibrium, negligible: float) -> str:
     """How many motions joints hold that others hold already, in words; empty if there are none."""
     robot = held.robot
     moving = robot.moving_indices
     constraints, unit = robot.multiplier_indices, robot.arrays.unit
     slopes = unit[constraints, None] * held.tangent[np.ix_(constraints, moving)] * unit[moving]
     sizes = scipy.linalg.svdvals(slopes)
-    independent = int(np.sum(sizes > _FITS * sizes.max(initial=0.0)))
+    independent = int(np.sum(sizes > negligible * sizes.max(initial=0.0)))
     if independent == len(constraints):
         return ""
     return (

@@ -233,6 +233,31 @@ def parallelogram(rigid_legs):
     }
 
 
+def test_a_motion_that_straight_legs_hold_twice_is_named():
+    """Joints that are closed as written said nothing: home had a stability index of -1."""
+    legs = [
+        {
+            "base": {"position": [*at, 0], "tangent": [0, 0, 1], "normal": [0, 1, 0]},
+            "motor": {"type": "revolute", "axis": [0, 1, 0]},
+            "tip": {"type": "spherical", "position": [*at, 0]},
+        }
+        for at in ([0.2, 0], [0, 0.2], [-0.2, 0], [0, -0.2])
+    ]
+    content = {
+        "name": "columns",
+        "space": "spatial",
+        "rod": {"length": 0.5, "section": {"shape": "circular", "radius": 0.0015}}
+        | {"young_modulus": 1.1e11, "shear_modulus": 4.2e10},
+        "strain": {"torsion": 3, "bending_2": 6, "bending_3": 6},
+        "platform": {"mass": 0.0},
+        "legs": legs,
+        "controlled": ["x", "y", "z", "yaw"],
+        "home": {"motors": [0.0] * 4, "platform": {"position": [0, 0, 0.5]}},
+    }
+    with pytest.raises(NoForwardSolution, match="of the 12 constraints of its joints only 11 are"):
+        solve_home(load_robot(content))
+
+
 def test_a_motion_that_joints_hold_twice_is_named():
     """Two rigid legs leave the platform one motion; a third holds again what they hold."""
     assert solve_home(load_robot(parallelogram(2))).index_locked == 0
