@@ -18,7 +18,6 @@ __all__ = ["surely_allowed"]
 
 #: Keywords of the schema that say nothing of how large numbers below them are.
 _STRUCTURE = {
-    "$defs",
     "$schema",
     "title",
     "description",

@@ -18,16 +18,17 @@ from ..validation import cached_array, cached_property
 from .linearisation import LinearisedState
 from .model_state import ModelState
 
-__all__ = ["MotorReading", "Spectrum", "elastic_hessian", "null_space_of"]
+__all__ = ["DEPENDENT", "MotorReading", "Spectrum", "elastic_hessian", "null_space_of"]
 
 Floats = NDArray[np.float64]
 
 #: How the motors are read: held in position, or giving a constant effort.
 MotorReading = Literal["locked", "free"]
 
-#: Elastic stiffness below this part of all of it is none; what is new in a row, below this part of the
-#: newest, is rounding.
-_NO_ENERGY, _DEPENDENT = 1e-12, 1e-12
+#: Elastic stiffness below this part of all of it is none.
+_NO_ENERGY = 1e-12
+#: What is new in a constraint, below this part of the newest, is rounding.
+DEPENDENT = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +189,7 @@ def null_space_of(matrix: Floats) -> Floats:
     """Orthonormal basis of the null space of a wide matrix, as columns."""
     basis, triangle, _ = scipy.linalg.qr(matrix.T, pivoting=True, check_finite=False)
     pivots = np.abs(np.diag(triangle))
-    rank = int(np.sum(pivots > _DEPENDENT * pivots.max(initial=0.0)))
+    rank = int(np.sum(pivots > DEPENDENT * pivots.max(initial=0.0)))
     null: Floats = basis[:, rank:]
     return null
 

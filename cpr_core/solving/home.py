@@ -22,6 +22,7 @@ from ..model.model_state import Configuration, evaluate
 from ..model.platform_coordinates import six_components
 from ..model.robot import Robot, checked_robot, kept_with_robot
 from ..model.shape import tip_poses
+from ..model.stability import DEPENDENT
 from .assembly import assemble, settle, turned_over, with_best_multipliers
 from .limits import check_limits, margins, violated
 from .not_reached import MotorLimitExceeded, NoForwardSolution, NotReached
@@ -49,8 +50,6 @@ _COUNTED = 1e9
 _DIRECTIONS = "tangent, normal, axis and axis_in_rod from bases to tips"
 #: Misfit of a tip [rod lengths and rad] below which springs have closed its joint.
 _FITS = 0.01
-#: Size of a constraint, of the largest, that is rounding where all joints are closed.
-_DEPENDENT = 1e-12
 
 
 def solve_home(robot: Robot) -> Equilibrium:
@@ -84,7 +83,7 @@ def _found(robot: Robot) -> Equilibrium:
             None,
         )
     home = _loaded(robot, guess, unloaded)
-    wrong = _loose_motion(home) or _held_twice(home, _DEPENDENT)
+    wrong = _loose_motion(home) or _held_twice(home, DEPENDENT)
     if wrong:
         raise NoForwardSolution(f"{source}: home: {wrong}", 0.0, None)
     _check_distance(guess, home)

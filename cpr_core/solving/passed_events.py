@@ -81,9 +81,10 @@ def _kind(path: Path, low: Point, high: Point) -> tuple[EventKind | None, str]:
     if low.side != high.side:
         return "bifurcation", f"another branch crosses ({change})"
     # Without a potential the index has no meaning; that the branch goes on was to be seen.
-    if path.conservative and low.index != high.index and path.problem != "pose":
+    index_changes = path.conservative and low.index != high.index
+    if index_changes and path.problem != "pose":
         return "bifurcation", f"several branches cross ({change})"
-    if path.conservative and low.index != high.index:
+    if index_changes:
         gained = "lost" if high.index > low.index else "gained"
         return "stability", f"stability is {gained} ({change})"
     if low.inverse_sign != high.inverse_sign:
