@@ -27,10 +27,12 @@ __all__ = [
     "checked_time",
     "checked_vector",
     "checked_word",
+    "kept_with_value",
     "read_only",
 ]
 
 Array = TypeVar("Array", bound=NDArray[Any])
+Found = TypeVar("Found")
 Value = TypeVar("Value")
 Word = TypeVar("Word", bound=str)
 
@@ -190,6 +192,24 @@ def cached_array(find: Callable[[Any], Array]) -> cached_property[Array]:
         return read_only(find(owner))
 
     return cached_property(found)
+
+
+def kept_with_value(find: Callable[[Value], Found]) -> Callable[[Value], Found]:
+    """Makes of a function of a value one that finds once, and keeps what it found with the value.
+
+    As a cached property does, for what stands on a floor above the class of the value.
+    """
+    name = f"{find.__module__}.{find.__qualname__}"
+
+    @wraps(find)
+    def kept(value: Value) -> Found:
+        known = vars(value)
+        if name in known:
+            found: Found = known[name]
+            return found
+        return known.setdefault(name, find(value))
+
+    return kept
 
 
 class ReadOnlyArrays:

@@ -68,7 +68,8 @@ def continue_equilibria(
         record: The equilibrium to go on from.
         kept_before: Kept factors of the tangent there; not read where UNPREDICTED.
         records: Result, (P, .); behind the last step that was made, where Newton's method ended.
-        kept: Result where all steps were made, kept factors of the tangent at the last equilibrium.
+        kept: Result where all steps were made, kept factors of the tangents at the last equilibria, one
+            after the other: as many as there is memory for (``kept_factors``).
 
     Returns:
         Number of steps that were made.
@@ -76,6 +77,7 @@ def continue_equilibria(
     robot, work, watched = prepared.robot, prepared.work, mode == WATCHED
     tolerances = Tolerances(residual, iterations, contraction)
     size, square = robot.unit.shape[0], square_problem(robot, problem)
+    first_kept = given.shape[0] - kept.shape[0] // robot.kept_count
     work.bend_count[0], work.factors.status[0] = 0, UNKNOWN
     if mode != UNPREDICTED:
         recall(robot, kept_before, work.factors)
@@ -115,7 +117,8 @@ def continue_equilibria(
             return row
         if watched and not _same_signs(robot, problem, before, next_record):
             return row
-    keep(robot, work.factors, kept)
+        if row >= first_kept:
+            keep(robot, work.factors, kept[(row - first_kept) * robot.kept_count :])
     return given.shape[0]
 
 

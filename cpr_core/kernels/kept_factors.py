@@ -35,9 +35,9 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 
-def kept_factors(robot: RobotArrays) -> Lanes:
-    """Memory in which factors are kept with an equilibrium."""
-    return np.empty(robot.kept_count, lanes_dtype(robot.slot_index.shape[2]))
+def kept_factors(robot: RobotArrays, count: int = 1) -> Lanes:
+    """Memory in which factors are kept with an equilibrium, or with some, one after the other."""
+    return np.empty(count * robot.kept_count, lanes_dtype(robot.slot_index.shape[2]))
 
 
 def kept_count(group_count: int, slots: SlotLayout, border_count: int, width: int) -> int:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..description.controlled_coordinates import pose_of
 from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..kernels.continuation_kernel import UNPREDICTED
+from ..kernels.continuation_kernel import UNPREDICTED, WATCHED
 from ..kernels.kept_factors import kept_factors
 from ..kernels.kernel_arrays import Lanes, LoadArrays
 from ..kernels.prepared_robot import continue_prepared
@@ -51,6 +51,7 @@ __all__ = [
     "record_of",
     "spectrum",
     "stepped",
+    "stepped_twice",
 ]
 
 Floats = NDArray[np.float64]
@@ -309,6 +310,35 @@ def stepped(
     ):
         return None
     return Equilibrium(robot, loads, load_arrays, records[0], factors)
+
+
+def stepped_twice(
+    start: Equilibrium, problem: str, given: Floats
+) -> tuple[Equilibrium, Equilibrium] | None:
+    """Two near equilibria, one behind the other, on a way on which no sign changes; None: none such.
+
+    As two times `stepped`, but in one call: the second step knows what the tangent missed in the first
+    one. The second one's iterations are those of both.
+
+    Args:
+        start: Where the first step begins; its loads hold on.
+        problem: See `stepped`.
+        given: What is imposed, two rows.
+    """
+    robot, loads, load_arrays = start.robot, start.loads, start.load_arrays
+    records, factors = new_record(robot, 2), kept_factors(robot.arrays, 2)
+    tolerances = RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION
+    imposed = load_arrays, PROBLEMS[problem], given, WATCHED
+    known = start.record, start.factors
+    if continue_prepared(robot.prepared, *imposed, *tolerances, *known, records, factors) < 2:
+        return None
+    first, second = records
+    second[robot.state_size + STEPS] += first[robot.state_size + STEPS]
+    count = robot.arrays.kept_count
+    return (
+        Equilibrium(robot, loads, load_arrays, first, factors[:count]),
+        Equilibrium(robot, loads, load_arrays, second, factors[count:]),
+    )
 
 
 def corrected(

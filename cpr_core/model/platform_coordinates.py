@@ -39,6 +39,11 @@ class PlatformCoordinates(NamedTuple):
     controls_turns: bool
     controlled_positions: slice
 
+    @property
+    def poses_are_whole(self) -> bool:
+        """Whether a pose alone tells where the platform is; with single angles it is asked each time."""
+        return len(self.controlled) == len(self.axes) and not self.controls_angles
+
 
 def platform_coordinates(description: RobotDescription) -> PlatformCoordinates:
     """The platform coordinates of a robot."""

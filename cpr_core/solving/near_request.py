@@ -9,7 +9,7 @@ import numpy as np
 
 from ..kernels.continuation_kernel import WATCHED
 from ..kernels.natural_units import LONGEST_STEP
-from ..model.equilibrium import Equilibrium, firm_margin, stepped
+from ..model.equilibrium import Equilibrium, firm_margin, stepped, stepped_twice
 from .hidden_changes import hidden_in_halves, may_hide_in_one_step
 from .limits import limits_along, may_be_kept_again, undisturbed
 from .targets import Target, apart
@@ -67,11 +67,15 @@ def _step(start: Equilibrium, target: Target, fraction: float = 1.0) -> Equilibr
 
 def _looked_at_halfway(start: Equilibrium, target: Target, stable_only: bool) -> Equilibrium | None:
     """Two steps, where nothing that is watched may change its sign in either of them."""
-    middle = _step(start, target, 0.5)
-    end = None if middle is None else _step(middle, target)
-    if middle is None or end is None:
+    robot, pose = start.robot, target.problem == "pose"
+    if pose and not robot.platform_coordinates.poses_are_whole:
+        reached = _one_after_the_other(start, target)
+    else:
+        given = np.concatenate((target.given(start, 0.5), target.given(start)))
+        reached = stepped_twice(start, target.problem, given)
+    if reached is None:
         return None
-    robot, way, pose = start.robot, (start, middle, end), target.problem == "pose"
+    way, end = (start, *reached), reached[1]
     watching = Watching(may_be_kept_again(robot, target.problem), pose and stable_only, pose)
     left = np.zeros((len(way), 0))
     if robot.limited:
@@ -79,9 +83,18 @@ def _looked_at_halfway(start: Equilibrium, target: Target, stable_only: bool) ->
         if undisturbed(left) < len(way) - 1:
             return None
     watched = (watching.at(place, near) for place, near in zip(way, left, strict=True))
-    if hidden_in_halves(*watched):
+    return None if hidden_in_halves(*watched) else end
+
+
+def _one_after_the_other(
+    start: Equilibrium, target: Target
+) -> tuple[Equilibrium, Equilibrium] | None:
+    """The same two steps where only the first one's end tells what the second one imposes."""
+    middle = _step(start, target, 0.5)
+    end = None if middle is None else _step(middle, target)
+    if middle is None or end is None:
         return None
-    return end.with_iterations(middle.iterations + end.iterations)
+    return middle, end.with_iterations(middle.iterations + end.iterations)
 
 
 def _within_limits(start: Equilibrium, end: Equilibrium) -> bool:

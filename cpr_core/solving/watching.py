@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..model.equilibrium import Equilibrium, firm_margin
 from ..model.smallest_singular_value import smallest_singular_value
+from ..validation import kept_with_value
 from .hidden_changes import Watched
 
 __all__ = ["Watching"]
@@ -48,6 +49,12 @@ class Watching:
         if self.stability:
             values.append(firm_margin(equilibrium))
         if self.singularity:
-            nearness = smallest_singular_value(equilibrium, True, None)
-            distance.append(equilibrium.signs.inverse_sign * nearness)
+            distance.append(_inverse_singularity(equilibrium))
         return Watched(tuple(values), tuple(distance))
+
+
+@kept_with_value
+def _inverse_singularity(equilibrium: Equilibrium) -> float:
+    """Distance from an inverse singularity, on its side: the end of a step is the start of the next."""
+    nearness = smallest_singular_value(equilibrium, True, None)
+    return equilibrium.signs.inverse_sign * nearness

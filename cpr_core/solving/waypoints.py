@@ -188,8 +188,7 @@ def _imposed(start: Equilibrium, problem: ProblemName, rows: Floats) -> Floats:
     if problem != "pose":
         return np.array(rows)
     robot = start.robot
-    whole = len(robot.controlled_axes) == len(robot.platform_axes)
-    if not whole or robot.controls_angles or robot.redundancy:
+    if robot.redundancy or not robot.platform_coordinates.poses_are_whole:
         return rows[:0]
     return np.concatenate([target_of(start, problem, row).given(start) for row in rows])
 

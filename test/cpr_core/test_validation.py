@@ -42,6 +42,7 @@ from cpr_core.validation import (
     checked_time,
     checked_vector,
     checked_word,
+    kept_with_value,
 )
 
 ROBOT = load_robot("rfrfr")
@@ -243,3 +244,16 @@ def test_threads_that_find_the_same_all_have_what_is_kept():
     found = Found(Barrier(2))
     first, second = in_two_threads(found, found)
     assert first is second is found.value
+
+
+def test_what_is_kept_with_a_value_is_found_once_for_each():
+    asked = []
+
+    @kept_with_value
+    def found(value):
+        asked.append(value)
+        return len(asked)
+
+    first, second = Found(None), Found(None)
+    assert [found(first), found(second), found(first), found(second)] == [1, 2, 1, 2]
+    assert asked == [first, second]
