@@ -128,14 +128,29 @@ def meant_by(
     Raises:
         InvalidQuaternion: A quaternion far from unit length.
     """
-    given = dict(zip(numbers_of(controlled), pose.tolist(), strict=True))
-    x, y, z = position.tolist()
-    position = np.array([given.get("x", x), given.get("y", y), given.get("z", z)])
-    if "orientation" in controlled:
-        rotation = rotation_from_quaternion([given[name] for name in _QUATERNION])
-    elif "angle" in controlled:
-        rotation = rotation_from_angles(0.0, 0.0, given["angle"])
-    elif not given.keys().isdisjoint(_ANGLES):
-        angles = zip(_ANGLES, roll_pitch_yaw(rotation), strict=True)
-        rotation = rotation_from_angles(*(given.get(name, angle) for name, angle in angles))
-    return position, rotation
+    numbers, coordinates = pose.tolist(), position.tolist()
+    places, turns = _places_of(controlled)
+    for number, axis in places:
+        coordinates[axis] = numbers[number]
+    if turns:
+        given = dict(zip(numbers_of(controlled), numbers, strict=True))
+        rotation = _rotation_meant_by(given, rotation)
+    return np.array(coordinates), rotation
+
+
+@cache
+def _places_of(controlled: tuple[str, ...]) -> tuple[tuple[tuple[int, int], ...], bool]:
+    """Which numbers of a pose are which of x y z, and whether there are others."""
+    names = numbers_of(controlled)
+    places = tuple((names.index(name), _PLACE.index(name)) for name in _PLACE if name in names)
+    return places, len(places) < len(names)
+
+
+def _rotation_meant_by(given: dict[str, float], rotation: Floats) -> Floats:
+    """The rotation that a pose means, (3, 3); ``rotation``: what it does not say."""
+    if "qw" in given:
+        return rotation_from_quaternion([given[name] for name in _QUATERNION])
+    if "angle" in given:
+        return rotation_from_angles(0.0, 0.0, given["angle"])
+    angles = zip(_ANGLES, roll_pitch_yaw(rotation).tolist(), strict=True)
+    return rotation_from_angles(*(given.get(name, angle) for name, angle in angles))

@@ -61,8 +61,11 @@ def hidden_between(
     places: tuple[float, float, float], watched: tuple[Watched, Watched, Watched]
 ) -> Hidden:
     """What may have happened, and been undone, between the second and the third place, as `may_hide`."""
-    margins, singularities = zip(*watched, strict=True)
-    found = Hidden.MARGIN if may_hide(places, margins) else Hidden.NOTHING
+    first, second, third = watched
+    found = Hidden.NOTHING
+    if first.margins and may_hide(places, (first.margins, second.margins, third.margins)):
+        found |= Hidden.MARGIN
+    singularities = first.singularity, second.singularity, third.singularity
     return found | Hidden.SINGULARITY if may_hide(places, singularities) else found
 
 

@@ -94,11 +94,12 @@ class PathEquations:
 
     def imposed(self, place: Configuration, fraction: float) -> tuple[Configuration, Floats]:
         """A configuration with what is imposed at a fraction, and the imposed efforts, (n,)."""
-        state, rotation, position = (part.copy() for part in place)
-        efforts = np.zeros(self._robot.motor_count)
-        motors = state[self._robot.arrays.motor_index :]
-        self._target.impose(self._start, fraction, Imposed(motors, efforts, rotation, position))
-        return Configuration(state, rotation, position), efforts
+        state, rotation, position = place
+        first, efforts = self._robot.arrays.motor_index, np.zeros(self._robot.motor_count)
+        free = Imposed(state[first:], efforts, rotation, position)
+        found = self._target.imposed(self._start, fraction, free)
+        imposed = np.concatenate((state[:first], found.motors))
+        return Configuration(imposed, found.rotation, found.position), found.efforts
 
     def moved(self, place: Configuration, change: Floats) -> Configuration:
         """A configuration after a dimensionless change of the unknowns."""

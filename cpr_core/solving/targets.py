@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,11 +34,9 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-_NO_EFFORTS: Floats = np.zeros(0)
 
-
-class Imposed:
-    """Values a problem is solved for, all arrays written in place.
+class Imposed(NamedTuple):
+    """Values a problem is solved for.
 
     Attributes:
         motors: Motor positions, (n,).
@@ -47,12 +45,10 @@ class Imposed:
         position: Platform position, (3,) [m].
     """
 
-    __slots__ = ("efforts", "motors", "position", "rotation")
-
-    def __init__(self, motors: Floats, efforts: Floats, rotation: Floats, position: Floats) -> None:
-        """Take the arrays over."""
-        self.motors, self.efforts = motors, efforts
-        self.rotation, self.position = rotation, position
+    motors: Floats
+    efforts: Floats
+    rotation: Floats
+    position: Floats
 
 
 class Target(Protocol):
@@ -65,8 +61,8 @@ class Target(Protocol):
         """How far it is from the start to here, in radians and rod lengths: see ``apart``."""
         ...
 
-    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
-        """Write what holds at a fraction of the way from the start."""
+    def imposed(self, start: Equilibrium, fraction: float, free: Imposed) -> Imposed:
+        """What holds at a fraction of the way from the start; what is not imposed as it is given."""
         ...
 
     def given(
@@ -100,14 +96,6 @@ def check_rod_lengths(robot: Robot, motors: Floats) -> None:
     raise InvalidRequest("motors", f"{motor}: expected a rod length above 0 m, got {length:g} m")
 
 
-def _pose_row(rotation: Floats, position: Floats, motors: Floats) -> Floats:
-    """An imposed pose as the kernels take it, see ``continue_equilibria``, (12 + n,)."""
-    row = np.empty(IMPOSED_MOTORS + len(motors))
-    row[ROTATION:POSITION] = rotation.ravel()
-    row[POSITION:IMPOSED_MOTORS], row[IMPOSED_MOTORS:] = position, motors
-    return row
-
-
 def apart(robot: Robot, problem: ProblemName, first: Floats, last: Floats) -> Floats:
     """How far it is from imposed values to others, in radians and rod lengths, (...).
 
@@ -137,8 +125,7 @@ def apart(robot: Robot, problem: ProblemName, first: Floats, last: Floats) -> Fl
 
 def _between(first: Floats, last: Floats, fraction: float) -> Floats:
     """Straight from one to the other, to the last bit where they are the same."""
-    # A copy of the end, which is asked for most.
-    return last.copy() if fraction == 1.0 else first + fraction * (last - first)
+    return last if fraction == 1.0 else first + fraction * (last - first)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,15 +148,15 @@ class MotorTarget:
         check_rod_lengths(start.robot, self.motors)
         return float(apart(start.robot, "motors", start.motors, self.motors))
 
-    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+    def imposed(self, start: Equilibrium, fraction: float, free: Imposed) -> Imposed:
         """Straight in the motor positions."""
-        values.motors[:] = _between(start.motors, self.motors, fraction)
+        return free._replace(motors=_between(start.motors, self.motors, fraction))
 
     def given(
         self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
     ) -> Floats:
         """The motors, (1, n)."""
-        return _between(start.motors, self.motors, fraction)[None, :]
+        return _between(start.motors, self.motors, fraction)[None, :].copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,15 +174,15 @@ class EffortTarget:
         """Largest change of an effort."""
         return float(apart(start.robot, "efforts", start.efforts, self.efforts))
 
-    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+    def imposed(self, start: Equilibrium, fraction: float, free: Imposed) -> Imposed:
         """Straight in the efforts."""
-        values.efforts[:] = _between(start.efforts, self.efforts, fraction)
+        return free._replace(efforts=_between(start.efforts, self.efforts, fraction))
 
     def given(
         self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
     ) -> Floats:
         """The efforts, (1, n)."""
-        return _between(start.efforts, self.efforts, fraction)[None, :]
+        return _between(start.efforts, self.efforts, fraction)[None, :].copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,29 +217,46 @@ class PoseTarget:
             turned = math.acos(min(max(cosine, -1.0), 1.0))
         return max(moved / robot.mean_length, turned, way)
 
-    def impose(self, start: Equilibrium, fraction: float, values: Imposed) -> None:
+    def imposed(self, start: Equilibrium, fraction: float, free: Imposed) -> Imposed:
         """Straight in the position, single angles and held motors, about one axis in the orientation."""
-        if self.motors is not None:
-            holding = list(start.robot.held_motors)
-            values.motors[holding] = _between(start.motors, self.motors, fraction)[holding]
-        coordinates = start.robot.platform_coordinates
-        held = coordinates.controlled_positions
-        values.position[held] = _between(start.platform_position, self.position, fraction)[held]
-        if coordinates.controls_angles:
-            values.rotation[:] = self._angles_between(start, fraction, values.rotation)
-        elif coordinates.controls_turns:
-            values.rotation[:] = self._turned(start, fraction)
+        motors = self._held(start, fraction, free.motors)
+        place = self._placed(start, fraction, free.rotation, free.position)
+        return Imposed(motors, free.efforts, *place)
 
     def given(
         self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
     ) -> Floats:
         """Rotation, position and motors, (1, 12 + n)."""
         free = start if near is None else near
-        row = _pose_row(free.platform_rotation, free.platform_position, free.motors)
-        rotation = row[ROTATION:POSITION].reshape(3, 3)
-        position, motors = row[POSITION:IMPOSED_MOTORS], row[IMPOSED_MOTORS:]
-        self.impose(start, fraction, Imposed(motors, _NO_EFFORTS, rotation, position))
+        motors = self._held(start, fraction, free.motors)
+        row = np.empty(IMPOSED_MOTORS + len(motors))
+        rotation, position = self._placed(
+            start, fraction, free.platform_rotation, free.platform_position
+        )
+        row[ROTATION:POSITION] = rotation.ravel()
+        row[POSITION:IMPOSED_MOTORS], row[IMPOSED_MOTORS:] = position, motors
         return row[None, :]
+
+    def _held(self, start: Equilibrium, fraction: float, motors: Floats) -> Floats:
+        """Motors, those that are held on the straight way."""
+        if self.motors is None:
+            return motors
+        holding, held = list(start.robot.held_motors), motors.copy()
+        held[holding] = _between(start.motors, self.motors, fraction)[holding]
+        return held
+
+    def _placed(
+        self, start: Equilibrium, fraction: float, rotation: Floats, position: Floats
+    ) -> tuple[Floats, Floats]:
+        """Rotation and position of the platform, what is controlled of them on the way."""
+        coordinates, position = start.robot.platform_coordinates, position.copy()
+        held = coordinates.controlled_positions
+        position[held] = _between(start.platform_position[held], self.position[held], fraction)
+        if coordinates.controls_angles:
+            rotation = self._angles_between(start, fraction, rotation)
+        elif coordinates.controls_turns:
+            rotation = self._turned(start, fraction)
+        return rotation, position
 
     def _turned(self, start: Equilibrium, fraction: float) -> Floats:
         """The orientation on the short way, (3, 3)."""
@@ -278,6 +282,6 @@ class PoseTarget:
 
 def pose_between(start: Equilibrium, target: PoseTarget, fraction: float) -> PoseTarget:
     """The pose at a fraction of the way to another, what is not controlled as at the start."""
-    rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
-    target.impose(start, fraction, Imposed(start.motors.copy(), np.empty(0), rotation, position))
-    return PoseTarget(rotation, position)
+    free = Imposed(start.motors, start.efforts, start.platform_rotation, start.platform_position)
+    imposed = target.imposed(start, fraction, free)
+    return PoseTarget(imposed.rotation, imposed.position)
