@@ -19,6 +19,7 @@ __all__ = [
     "count_below",
     "eigenvalues_of_tridiagonal",
     "largest_of_tridiagonal",
+    "last_entry",
     "tridiagonalise",
 ]
 
@@ -133,28 +134,59 @@ def eigenvalues_of_tridiagonal(diagonal, beside, size, wanted, values):
 
 
 @strict_part
-def largest_of_tridiagonal(diagonal, beside, size, low, precision):
-    """Largest eigenvalue of a tridiagonal matrix, roughly.
+def largest_of_tridiagonal(diagonal, beside, size, precision):
+    """Largest eigenvalue of a tridiagonal matrix without negative ones.
+
+    By Laguerre's method from above, which never passes it: of the logarithm of the characteristic
+    polynomial it takes slope and bend, whose terms are those of the pivots of ``value - T``.
 
     Args:
         diagonal: (size,).
         beside: (size,).
         size: Rows.
-        low: A bound from below, not negative.
         precision: Largest relative error.
     """
-    high = 0.0
+    value = 0.0
     for i in range(size):
         reach = abs(diagonal[i])
         if i > 0:
             reach += abs(beside[i - 1])
         if i < size - 1:
             reach += abs(beside[i])
-        high = max(high, reach)
-    while high - low > precision * high:
-        middle = 0.5 * (low + high)
-        if count_below(diagonal, beside, size, middle) == size:
-            high = middle
-        else:
-            low = middle
-    return 0.5 * (low + high)
+        value = max(value, reach)
+    while True:
+        slope, bend = 0.0, 0.0
+        pivot, pivot_rate, pivot_bend = 1.0, 0.0, 0.0
+        for i in range(size):
+            coupled = 0.0 if i == 0 else beside[i - 1] * beside[i - 1] / pivot
+            rate = pivot_rate / pivot
+            pivot_bend = coupled * (pivot_bend / pivot - 2.0 * rate * rate)
+            pivot_rate = 1.0 + coupled * rate
+            pivot = value - diagonal[i] - coupled
+            if not pivot > 0.0:
+                return value  # as near as rounding lets it come
+            slope += pivot_rate / pivot
+            bend += (pivot_rate / pivot) ** 2 - pivot_bend / pivot
+        spread = (size - 1) * (size * bend - slope * slope)
+        step = size / (slope + math.sqrt(max(0.0, spread)))
+        value -= step
+        if step <= precision * value:
+            return value
+
+
+@strict_part
+def last_entry(diagonal, beside, size, value):
+    """Size of the last entry of the unit eigenvector of a tridiagonal matrix to its largest eigenvalue.
+
+    Args:
+        diagonal: (size,).
+        beside: None is zero, (size,).
+        size: Rows.
+        value: The eigenvalue.
+    """
+    entry, squares, pivot = 1.0, 1.0, value - diagonal[size - 1]
+    for i in range(size - 1, 0, -1):
+        entry *= pivot / beside[i - 1]
+        squares += entry * entry
+        pivot = value - diagonal[i - 1] - beside[i - 1] * beside[i - 1] / pivot
+    return 1.0 / math.sqrt(squares)

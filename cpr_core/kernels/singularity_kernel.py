@@ -15,23 +15,21 @@ from __future__ import annotations
 import math
 
 from .condensation_kernel import factor_border, rotation_unknowns
-from .eigenvalue_kernel import largest_of_tridiagonal
+from .eigenvalue_kernel import largest_of_tridiagonal, last_entry
 from .kernel_arrays import LANCZOS_STEPS
 from .kernel_decorators import inlined, strict_part
 from .linear_problem_kernel import solve_with_efforts, solve_with_efforts_transposed
 
 __all__ = ["smallest_singular_value"]
 
-#: Relative change in two steps at which Lanczos' method is done: one of them may stand still by chance.
-_LANCZOS_CHANGE = 1e-10
+#: Lanczos' method is done where an eigenvalue is within this part of what it has found.
+_LANCZOS_PRECISION = 1e-7
 #: Step of the first look at the result.
 _FIRST_LOOK = 2
 #: A vector shorter than this fraction of a Ritz value has nothing new.
 _NOTHING_NEW = 1e-14
 #: A vector that gets shorter than this part of itself is made orthogonal twice (Kahan).
 _CANCELLED = 0.1
-#: Ritz values only grow, but for the rounding of the one before.
-_ROUNDING = 1e-6
 #: Relative error of the largest Ritz value.
 _RITZ_PRECISION = 1e-10
 
@@ -62,7 +60,6 @@ def smallest_singular_value(robot, square, scales, rotation, work):
     for i in range(motors):
         vector[size + i] = 1.0 + 0.5 * math.cos(1.3 * i)
     length = _length(vector)
-    before, before_that = 0.0, 0.0
     for step in range(LANCZOS_STEPS):
         for i in range(size + motors):
             basis[step, i] = vector[i] / length
@@ -82,13 +79,10 @@ def smallest_singular_value(robot, square, scales, rotation, work):
         last = step + 1 == size + motors or length <= _NOTHING_NEW * diagonal[step]
         if not last and step < _FIRST_LOOK:
             continue
-        largest = largest_of_tridiagonal(
-            diagonal, beside, step + 1, (1.0 - _ROUNDING) * before, _RITZ_PRECISION
-        )
-        change = abs(largest - before_that)
-        before_that, before = before, largest
-        if before > 0.0 and (last or change <= _LANCZOS_CHANGE * before):
-            return 1.0 / math.sqrt(before)
+        largest = largest_of_tridiagonal(diagonal, beside, step + 1, _RITZ_PRECISION)
+        away = 0.0 if last else length * last_entry(diagonal, beside, step + 1, largest)
+        if largest > 0.0 and away <= _LANCZOS_PRECISION * largest:
+            return 1.0 / math.sqrt(largest)
     return 0.0
 
 
