@@ -15,10 +15,11 @@ from .errors import (
 )
 from .identification.calibration import calibrate
 from .identification.calibration_result import CalibrationResult, CalibrationWarning
-from .identification.felt_wrench import WrenchEstimate, estimate_wrench
+from .identification.felt_wrench import estimate_wrench
 from .identification.measurement_file import read_measurements, write_poses
 from .identification.measurements import Measurement, StandardDeviations
 from .identification.proposed_poses import ProposedPoses, propose_poses
+from .identification.wrench_estimate import WrenchEstimate
 from .model.bending_strain import bending_strains
 from .model.equilibrium import Equilibrium, spectrum
 from .model.kinemato_statics import Increments, KinematoStatics, kinemato_statics

@@ -17,7 +17,8 @@ from ..description.other_units import in_other_units
 from ..errors import CprError, InvalidRequest
 from ..kernels.problems import ProblemName
 from ..kernels.square_problem import Tolerances
-from ..model.equilibrium import Equilibrium, corrected
+from ..model.equilibrium import Equilibrium
+from ..model.equilibrium_steps import corrected
 from ..model.robot import Robot
 from ..model.world_response import effort_units
 from ..solving.continued import continued

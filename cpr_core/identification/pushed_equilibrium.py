@@ -15,7 +15,8 @@ from ..kernels.continuation_kernel import UNPREDICTED
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.natural_units import LONGEST_STEP
 from ..kernels.twist_layout import ANGULAR, LINEAR
-from ..model.equilibrium import Equilibrium, stepped
+from ..model.equilibrium import Equilibrium
+from ..model.equilibrium_steps import stepped
 
 __all__ = ["pushed_equilibrium"]
 

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from cpr_core import NotReached, estimate_wrench, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.identification import felt_wrench
+from cpr_core.identification import wrench_search
 from cpr_core.model.world_response import wrench_units
 
 ROBOTS = list(shipped_robots())
@@ -148,7 +148,7 @@ def test_an_estimate_goes_on_from_the_last_in_one_solve_or_two(monkeypatch):
     robot, calls = true.robot, {"pushed_equilibrium": 0, "world_response": 0}
 
     def counting(name):
-        wrapped = getattr(felt_wrench, name)
+        wrapped = getattr(wrench_search, name)
 
         def count(*arguments):
             calls[name] += 1
@@ -158,7 +158,7 @@ def test_an_estimate_goes_on_from_the_last_in_one_solve_or_two(monkeypatch):
 
     last = estimate_wrench(robot, true.motors, efforts=true.efforts, effort_deviation=0.01)
     for name in calls:
-        monkeypatch.setattr(felt_wrench, name, counting(name))
+        monkeypatch.setattr(wrench_search, name, counting(name))
     for step in range(1, 11):
         loads = robot.default_loads.with_(wrench_world=(1.0 + 0.02 * step) * wrench)
         true = solve_forward(robot, true.motors + 0.01, start=true, loads=loads)
@@ -302,7 +302,7 @@ def test_it_is_the_one_that_steps_by_themselves_lead_to_where_they_end(monkeypat
             continue  # more than it bears
         measured = {"efforts": true.efforts, "effort_deviation": 1e-3 * np.abs(home.efforts).max()}
         with monkeypatch.context() as alone:
-            alone.setattr(felt_wrench, "_WAYS", ((1.0, False),))
+            alone.setattr(wrench_search, "_WAYS", ((1.0, False),))
             try:
                 wanted = estimate_wrench(robot, motors, **measured)
             except NotReached:
