@@ -1,11 +1,12 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The motion of a smallest eigenvalue, motors held, with the multipliers it goes with.
+"""The motions of a smallest eigenvalue, motors held, with the multipliers they go with.
 
-With them it is an eigenvector of the bordered pencil ``K v = mu M v``, which has no basis of admissible
+With them they are eigenvectors of the bordered pencil ``K v = mu M v``, which has no basis of admissible
 motions in it. So ``v^T (K - mu M) v / v^T M v`` of a changed K and M, the vector as it is, tells to
-first order how the eigenvalue changes, however near to it others are.
+first order how the eigenvalue changes, however near to it others are. Symmetric robots have several
+motions of one eigenvalue: of ``V^T (K - mu M) V`` the eigenvalues tell how it parts.
 """
 
 from __future__ import annotations
@@ -25,34 +26,41 @@ __all__ = ["SizeOfMotion", "SoftestMotion", "softest_motion"]
 
 Floats = NDArray[np.float64]
 
+#: Eigenvalues nearer to each other than this part of them are one.
+_ONE = 1e-8
+
 #: What the size of a motion is: that of the dimensionless motion, or its elastic energy (the margin).
 SizeOfMotion = Literal["unit", "elastic"]
 
 
 @dataclass(frozen=True, eq=False)
 class SoftestMotion:
-    """A smallest eigenvalue and its motion.
+    """A smallest eigenvalue and its motions, K of them: more than one in robots that are symmetric.
 
     Attributes:
         size: What the eigenvalue is relative to.
         eigenvalue: It [J] (unit), or without dimension (elastic).
-        motion: Legs and platform, world twist; multipliers beside them; motors are zero, (N,).
+        motions: Legs and platform, world twist; multipliers beside them; motors are zero, (N, K).
     """
 
     size: SizeOfMotion
     eigenvalue: float
-    motion: Floats
+    motions: Floats
 
     @on_one_numpy_thread
-    def change(self, nearby: Equilibrium) -> float:
-        """By how much the eigenvalue is another one nearby, to first order."""
-        motion, squared = self.motion, _squared_size(nearby, self.size, self.motion)
-        return float(motion @ (nearby.tangent @ motion)) / squared - self.eigenvalue
+    def change(self, nearby: Equilibrium) -> Floats:
+        """How the eigenvalue is another one nearby, to first order, between its motions, (K, K)."""
+        motions, squared = self.motions, _squared_size(nearby, self.size, self.motions)
+        moved = motions.T @ (nearby.tangent @ motions)
+        unit = np.linalg.inv(np.linalg.cholesky(squared))
+        return np.asarray(unit @ (0.5 * (moved + moved.T)) @ unit.T) - self.eigenvalue * np.eye(
+            len(squared)
+        )
 
 
 @on_one_blas_thread
 def softest_motion(equilibrium: Equilibrium, size: SizeOfMotion) -> SoftestMotion | None:
-    """The motion of the smallest eigenvalue; None where there is none, or one stores no energy."""
+    """The motions of the smallest eigenvalue; None where there is none, or one stores no energy."""
     robot = equilibrium.robot
     moving = robot.moving_indices
     held, unit = robot.multiplier_indices, robot.arrays.unit[moving]
@@ -65,14 +73,15 @@ def softest_motion(equilibrium: Equilibrium, size: SizeOfMotion) -> SoftestMotio
         return None
     own, weights = (basis.T @ matrix @ basis for matrix in (stiffness, measure))
     try:
-        values, vectors = scipy.linalg.eigh(own, weights, subset_by_index=[0, 0])
+        values, vectors = scipy.linalg.eigh(own, weights)
     except np.linalg.LinAlgError:
         return None
-    motion, moved = np.zeros(len(equilibrium.state)), basis @ vectors[:, 0]
+    count = int(np.sum(values - values[0] <= _ONE * abs(values[0])))
+    motions, moved = np.zeros((len(equilibrium.state), count)), basis @ vectors[:, :count]
     left = values[0] * (measure @ moved) - stiffness @ moved
-    motion[moving] = moved
-    motion[held] = scipy.linalg.lstsq(unit[:, None] * constraints.T, unit * left)[0]
-    return SoftestMotion(size, float(values[0]), motion)
+    motions[moving] = moved
+    motions[held] = scipy.linalg.lstsq(unit[:, None] * constraints.T, unit[:, None] * left)[0]
+    return SoftestMotion(size, float(values[0]), motions)
 
 
 def _measure(equilibrium: Equilibrium, size: SizeOfMotion) -> Floats:
@@ -86,11 +95,11 @@ def _measure(equilibrium: Equilibrium, size: SizeOfMotion) -> Floats:
     return np.asarray(inverse.T @ inverse)
 
 
-def _squared_size(equilibrium: Equilibrium, size: SizeOfMotion, motion: Floats) -> float:
-    """``v^T M v``, without M where that takes longer."""
+def _squared_size(equilibrium: Equilibrium, size: SizeOfMotion, motions: Floats) -> Floats:
+    """``V^T M V``, without M where that takes longer, (K, K)."""
     robot = equilibrium.robot
     if size == "elastic":
-        return float(motion @ (elastic_hessian(equilibrium) @ motion))
+        return np.asarray(motions.T @ (elastic_hessian(equilibrium) @ motions))
     moving = robot.moving_indices
-    units = np.linalg.solve(robot.unit_motions[np.ix_(moving, moving)], motion[moving])
-    return float(units @ units)
+    units = np.linalg.solve(robot.unit_motions[np.ix_(moving, moving)], motions[moving])
+    return np.asarray(units.T @ units)

@@ -55,8 +55,9 @@ class ParameterDerivatives(ReadOnlyArrays):
             ``KinematoStatics.jacobian`` has them.
         motors: Of the motor positions, (n, P) [rad or m].
         efforts: Of the motor efforts, (n, P) [N m or N].
-        margin: Of ``Equilibrium.margin``, (P,); NaN where there is none.
-        smallest_eigenvalue: Of ``Equilibrium.spectrum_locked.smallest``, (P,) [J].
+        margin: Of ``Equilibrium.margin``, (P,); NaN where there is none, and as below.
+        smallest_eigenvalue: Of ``Equilibrium.spectrum_locked.smallest``, (P,) [J]; NaN by what parts
+            equal ones, which has no derivative.
     """
 
     problem: ProblemName

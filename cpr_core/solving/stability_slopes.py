@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ..description.inherited_loads import inherited_loads
 from ..description.parameters import Parameter
 from ..model.displacement import displaced
-from ..model.equilibrium import Equilibrium, equilibrium_at
+from ..model.equilibrium import Equilibrium
+from ..model.equilibrium_steps import equilibrium_at
 from ..model.model_state import Configuration
 from ..model.nearby_robots import FOURTH_ORDER, Nearby, nearby
 from ..model.residual_rates import parameter_scales
@@ -31,6 +32,9 @@ _STEP = 2e-3
 #: Largest change that counts as a natural unit, in sizes of the parameter: what does next to nothing is
 #: not taken where descriptions end, as a direction across another that is only stretched.
 _FARTHEST = 50.0
+#: Slopes of the motions of one eigenvalue nearer to each other than this part of them are the same, or
+#: nearer than this part of the eigenvalue by a natural unit of the parameter.
+_SAME, _ROUNDING = 1e-5, 1e-8
 
 
 def stability_slopes(
@@ -41,7 +45,8 @@ def stability_slopes(
 ) -> dict[str, Floats]:
     """Derivatives of margin and smallest eigenvalue, (P,) each; (0,) where not wanted.
 
-    Where there is no margin, as some motion costs no elastic energy, it has no derivatives: NaN.
+    Where there is no margin, as some motion costs no elastic energy, it has no derivatives: NaN. Nor has
+    an eigenvalue of several motions by a parameter that parts it: it falls wherever that goes.
 
     Differences along the straight way ``state + dx``, ``parameter + dp``, which leaves the true one in
     second order only; of what the eigenvector of now makes of K and M there, which is smooth where
@@ -78,8 +83,18 @@ def stability_slopes(
             for robot, change in zip(near.robots, near.changes, strict=True)
         ]
         for name, motion in motions.items():
-            found[name][column] = np.dot(near.weights, [motion.change(each) for each in beside])
+            changes = [motion.change(each) for each in beside]
+            slope = np.tensordot(near.weights, changes, axes=1)
+            rounding = _ROUNDING * abs(motion.eigenvalue) / natural
+            found[name][column] = _common_slope(slope, rounding)
     return found
+
+
+def _common_slope(slopes: Floats, rounding: float) -> float:
+    """The slope of an eigenvalue whose motions have these, (K, K); NaN: it parts into several."""
+    values = np.linalg.eigvalsh(slopes)
+    same = values[-1] - values[0] <= max(rounding, _SAME * np.abs(values).max())
+    return float(values.mean()) if same else math.nan
 
 
 def _motion(equilibrium: Equilibrium, name: str) -> SoftestMotion | None:

@@ -39,9 +39,11 @@ def test_what_only_stretches_a_direction_does_nothing_to_stability():
     for leg in content["legs"]:
         for field in ("position", "tangent", "normal"):
             leg["base"][field] = (turn @ np.array(leg["base"][field], float)).tolist()
-    home = solve_home(load_robot(content))
+    robot = load_robot(content)
+    away = 0.002 * robot.motor_units * np.cos(np.arange(robot.motor_count))
+    start = solve_forward(robot, solve_home(robot).motors + away)  # home has two equal eigenvalues
     paths = [f"legs[{leg}].base.normal[{axis}]" for leg in range(6) for axis in range(3)]
-    found = derivatives(home, paths, of=("margin", "smallest_eigenvalue"))
+    found = derivatives(start, paths, of=("margin", "smallest_eigenvalue"))
     for slopes in (found.margin.reshape(6, 3), found.smallest_eigenvalue.reshape(6, 3)):
         size = np.abs(slopes[:, 2]).min()
         assert size > 1e-6
@@ -88,3 +90,29 @@ def test_slopes_of_eigenvalues_that_are_close_to_others(name, path):
         ),
     ):
         assert slope == pytest.approx((last - first) / (2.0 * step), rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["three_rfs", "planar_body", "gough_stewart"])
+def test_an_eigenvalue_of_two_motions_has_a_slope_where_it_stays_one(name):
+    """What a number of one leg does to it hung on which of its motions was found first."""
+    robot = load_robot(name)
+    home = solve_home(robot)
+    first, second = home.spectrum_locked.eigenvalues[:2]
+    assert second == pytest.approx(first, rel=1e-9)
+    of = ("margin", "smallest_eigenvalue")
+
+    def stability(path, change):
+        value = float(robot.parameter_values(path)[0])
+        beside = continued(home, robot.with_parameters({path: value + change}))
+        return np.array([beside.margin, beside.spectrum_locked.smallest])
+
+    found, step = derivatives(home, "rod.section.radius", of=of), 1e-8
+    before, after = (stability("rod.section.radius", change) for change in (-step, step))
+    expected = (after - before) / (2.0 * step)
+    slopes, rounding = [*found.margin, *found.smallest_eigenvalue], 1e-14 / step
+    assert_allclose(slopes, expected, rtol=1e-5, atol=10.0 * rounding)
+    path, step = "legs[0].base.position[0]", 1e-6
+    found, at_home = derivatives(home, path, of=of), stability(path, 0.0)
+    assert np.isnan([*found.margin, *found.smallest_eigenvalue]).all()
+    ahead, behind = ((stability(path, way) - at_home) / way for way in (step, -step))
+    assert (behind - ahead > 0.01 * np.abs(ahead)).all(), "they fall whichever way it goes"
