@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from cpr_core import Equilibrium, NotReached, Robot, error_of, load_robot, solve_forward, solve_home
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE, Tolerances
-from cpr_core.model.equilibrium import corrected
+from cpr_core.model.equilibrium_steps import corrected
 from cpr_core.solving.discretisation_error import MORE_MODES, embedded
 
 __all__ = ["MODES", "RANGE", "TRUE_MODES", "Compared", "compare", "in_richer_space"]

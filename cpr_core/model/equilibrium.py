@@ -12,52 +12,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.controlled_coordinates import pose_of
-from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..kernels.continuation_kernel import UNPREDICTED, WATCHED
-from ..kernels.kept_factors import kept_factors
-from ..kernels.kernel_arrays import Lanes, LoadArrays
-from ..kernels.prepared_robot import continue_prepared
-from ..kernels.problems import PROBLEMS
+from ..kernels.kernel_arrays import Lanes
 from ..kernels.record_layout import (
     EFFORT,
     ENERGY,
     INDEX_FREE,
     INDEX_LOCKED,
-    POSITION,
     RESIDUAL,
-    ROTATION,
     SIGNS,
     STEPS,
 )
-from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE, Tolerances
+from ..kernels.square_problem import RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation
 from ..validation import cached_array, cached_property, checked_word
 from .dense_response import DenseResponse, dense_response
+from .equilibrium_records import AS_IT_IS, corrected_record
 from .linearisation import Linearisation, LinearisedState, Response
-from .model_state import Configuration, ModelState
-from .robot import Robot
+from .model_state import ModelState
 from .stability import MotorReading, Spectrum
 from .tangent_signs import TangentSigns, tangent_signs_of
 
-__all__ = [
-    "Equilibrium",
-    "check_equilibrium",
-    "corrected",
-    "equilibrium_at",
-    "evaluated_again",
-    "firm_margin",
-    "new_record",
-    "record_of",
-    "spectrum",
-    "stepped",
-    "stepped_twice",
-]
+__all__ = ["Equilibrium", "check_equilibrium", "firm_margin", "spectrum"]
 
 Floats = NDArray[np.float64]
-
-#: A rough record is taken for an equilibrium as it is.
-_AS_IT_IS = Tolerances(residual=np.inf, iterations=0, contraction=1.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -172,7 +150,7 @@ class Equilibrium(ModelState):
 
     @cached_property
     def _found_factors(self) -> Lanes:
-        factors = evaluated_again(self).known_factors
+        _, factors = corrected_record(self.robot, self.load_arrays, self.record, AS_IT_IS)
         assert factors is not None
         return factors
 
@@ -254,151 +232,6 @@ class Equilibrium(ModelState):
         """
         condensed = self._linearised.condensed_margin
         return self.spectrum_locked.margin if math.isnan(condensed) else condensed
-
-
-def new_record(robot: Robot, count: int | None = None) -> Floats:
-    """Memory of a record, or of some."""
-    size = robot.state_size + EFFORT + robot.motor_count
-    return np.empty(size if count is None else (count, size))
-
-
-def record_of(robot: Robot, place: Configuration) -> Floats:
-    """A record of which only the configuration is known."""
-    record, size = np.zeros_like(new_record(robot)), robot.state_size
-    record[:size] = place.state
-    record[size + ROTATION : size + POSITION] = np.ravel(place.platform_rotation)
-    record[size + POSITION : size + ENERGY] = place.platform_position
-    return record
-
-
-def stepped(
-    start: Equilibrium,
-    robot: Robot,
-    loads: Loads,
-    load_arrays: LoadArrays,
-    problem: str,
-    given: Floats,
-    mode: int,
-    residual: float = RESIDUAL_TOLERANCE,
-) -> Equilibrium | None:
-    """The equilibrium one step from another one, limits not looked at; None where there is none.
-
-    Args:
-        start: Where the step begins.
-        robot: The robot at its end: that of the start, or a relative with as many numbers.
-        loads: Loads at its end.
-        load_arrays: The same as the kernels see them.
-        problem: ``motors``, ``pose`` or ``efforts``: what is imposed.
-        given: What is imposed, one row, as ``continue_equilibria`` takes it.
-        mode: Of ``continue_equilibria``; other robots and loads than at the start: UNPREDICTED.
-        residual: Largest dimensionless residual.
-    """
-    records, factors = new_record(robot, 1), kept_factors(robot.arrays)
-    if not continue_prepared(
-        robot.prepared,
-        load_arrays,
-        PROBLEMS[problem],
-        given,
-        mode,
-        residual,
-        ITERATIONS,
-        CONTRACTION,
-        start.record,
-        factors if mode == UNPREDICTED else start.factors,
-        records,
-        factors,
-    ):
-        return None
-    return Equilibrium(robot, loads, load_arrays, records[0], factors)
-
-
-def stepped_twice(
-    start: Equilibrium, problem: str, given: Floats
-) -> tuple[Equilibrium, Equilibrium] | None:
-    """Two near equilibria, one behind the other, on a way on which no sign changes; None: none such.
-
-    As two times `stepped`, but in one call: the second step knows what the tangent missed in the first
-    one. The second one's iterations are those of both.
-
-    Args:
-        start: Where the first step begins; its loads hold on.
-        problem: See `stepped`.
-        given: What is imposed, two rows.
-    """
-    robot, loads, load_arrays = start.robot, start.loads, start.load_arrays
-    records, factors = new_record(robot, 2), kept_factors(robot.arrays, 2)
-    tolerances = RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION
-    imposed = load_arrays, PROBLEMS[problem], given, WATCHED
-    known = start.record, start.factors
-    if continue_prepared(robot.prepared, *imposed, *tolerances, *known, records, factors) < 2:
-        return None
-    first, second = records
-    second[robot.state_size + STEPS] += first[robot.state_size + STEPS]
-    count = robot.arrays.kept_count
-    return (
-        Equilibrium(robot, loads, load_arrays, first, factors[:count]),
-        Equilibrium(robot, loads, load_arrays, second, factors[count:]),
-    )
-
-
-def corrected(
-    robot: Robot,
-    loads: Loads,
-    load_arrays: LoadArrays,
-    record: Floats,
-    tolerances: Tolerances,
-) -> Equilibrium:
-    """Newton's method from a rough record at its motors.
-
-    Returns:
-        The result, within the tolerance or not: the caller has to look.
-    """
-    size, motors = robot.state_size, robot.motor_count
-    records, kept = record[None].copy(), kept_factors(robot.arrays)
-    given = record[None, size - motors : size].copy()
-    converged = continue_prepared(
-        robot.prepared,
-        load_arrays,
-        PROBLEMS["motors"],
-        given,
-        UNPREDICTED,
-        *tolerances,
-        record,
-        kept,
-        records,
-        kept,
-    )
-    if not converged:
-        records[0, size + RESIDUAL] = np.inf
-        records[0, size + SIGNS : size + EFFORT] = 0.0
-    return Equilibrium(robot, loads, load_arrays, records[0], kept if converged else None)
-
-
-def evaluated_again(equilibrium: Equilibrium) -> Equilibrium:
-    """The same; its condensed tangent, with slots that were delayed, is in the workspace afterwards."""
-    return corrected(
-        equilibrium.robot,
-        equilibrium.loads,
-        equilibrium.load_arrays,
-        equilibrium.record,
-        _AS_IT_IS,
-    )
-
-
-def equilibrium_at(
-    robot: Robot, loads: Loads, load_arrays: LoadArrays, place: Configuration, iterations: int = 0
-) -> Equilibrium:
-    """A configuration as an equilibrium, which it is taken for as it is.
-
-    Args:
-        robot: The robot.
-        loads: Loads in force.
-        load_arrays: The same as the kernels see them.
-        place: The configuration.
-        iterations: How many Newton steps have led there.
-    """
-    solution = corrected(robot, loads, load_arrays, record_of(robot, place), _AS_IT_IS)
-    return solution if solution.iterations == iterations else solution.with_iterations(iterations)
 
 
 def check_equilibrium(value: object) -> None:

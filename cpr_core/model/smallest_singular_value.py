@@ -11,7 +11,8 @@ from ..kernels.prepared_robot import singular_value_prepared
 from ..kernels.problems import PROBLEMS
 from ..kernels.square_problem import ProblemScales
 from ..validation import checked_number
-from .equilibrium import Equilibrium, evaluated_again
+from .equilibrium import Equilibrium
+from .equilibrium_steps import evaluated_again
 from .problem_units import problem_units
 from .robot import Robot, kept_with_robot
 

@@ -23,7 +23,8 @@ from ..errors import DescriptionError, InvalidRequest
 from ..kernels.continuation_kernel import UNPREDICTED
 from ..kernels.natural_units import LONGEST_STEP
 from ..kernels.problems import ProblemName
-from ..model.equilibrium import Equilibrium, check_equilibrium, stepped
+from ..model.equilibrium import Equilibrium, check_equilibrium
+from ..model.equilibrium_steps import stepped
 from ..model.robot import Robot, checked_robot, kept_with_robot
 from .deadline import Deadline
 from .events import EventKind, PathEvent

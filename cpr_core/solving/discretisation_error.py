@@ -18,7 +18,8 @@ from ..errors import CprError
 from ..kernels.prepared_robot import newton_step_prepared
 from ..kernels.problems import PROBLEMS, ProblemName
 from ..lie import rotation_log
-from ..model.equilibrium import Equilibrium, check_equilibrium, evaluated_again
+from ..model.equilibrium import Equilibrium, check_equilibrium
+from ..model.equilibrium_steps import evaluated_again
 from ..model.robot import Robot, kept_with_robot
 from ..rods.quadrature import rod_grid
 from ..rods.rod import StrainModes

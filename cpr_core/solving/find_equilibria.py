@@ -21,7 +21,9 @@ from ..kernels.closing_kernel import close_joints
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.square_problem import Tolerances
 from ..model.configurations import SAME_EQUILIBRIUM, leg_distance
-from ..model.equilibrium import Equilibrium, corrected, record_of
+from ..model.equilibrium import Equilibrium
+from ..model.equilibrium_records import record_of
+from ..model.equilibrium_steps import corrected
 from ..model.model_state import Configuration
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector

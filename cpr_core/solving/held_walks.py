@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..kernels.record_layout import INVERSE_SIGN, SIGNS
-from ..model.equilibrium import Equilibrium, equilibrium_at
+from ..model.equilibrium import Equilibrium
+from ..model.equilibrium_steps import equilibrium_at
 from ..model.kinemato_statics import KinematoStatics
 from ..model.model_state import Configuration
 from ..model.robot import Robot

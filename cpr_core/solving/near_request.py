@@ -9,7 +9,8 @@ import numpy as np
 
 from ..kernels.continuation_kernel import WATCHED
 from ..kernels.natural_units import LONGEST_STEP
-from ..model.equilibrium import Equilibrium, firm_margin, stepped, stepped_twice
+from ..model.equilibrium import Equilibrium, firm_margin
+from ..model.equilibrium_steps import stepped, stepped_twice
 from .hidden_changes import hidden_in_halves, may_hide_in_one_step
 from .limits import limits_along, may_be_kept_again, undisturbed
 from .targets import Target, apart

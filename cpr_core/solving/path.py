@@ -20,7 +20,8 @@ from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.continuation_kernel import FREELY, UNPREDICTED
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
-from ..model.equilibrium import Equilibrium, equilibrium_at, stepped
+from ..model.equilibrium import Equilibrium
+from ..model.equilibrium_steps import equilibrium_at, stepped
 from ..model.model_state import Configuration, evaluate
 from ..model.stability import elastic_hessian
 from .deadline import Deadline

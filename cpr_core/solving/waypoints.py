@@ -23,7 +23,8 @@ from ..kernels.prepared_robot import continue_prepared
 from ..kernels.problems import PROBLEMS, ProblemName
 from ..kernels.record_layout import INVERSE_SIGN, SIGNS
 from ..kernels.square_problem import Tolerances
-from ..model.equilibrium import Equilibrium, new_record
+from ..model.equilibrium import Equilibrium
+from ..model.equilibrium_records import new_record
 from ..model.robot import Robot
 from ..validation import checked_matrix
 from .deadline import Deadline

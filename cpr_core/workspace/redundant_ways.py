@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
-from ..model.equilibrium import Equilibrium, equilibrium_at
+from ..model.equilibrium import Equilibrium
+from ..model.equilibrium_steps import equilibrium_at
 from ..model.kinemato_statics import kinemato_statics
 from ..model.model_state import Configuration
 from ..model.robot import Robot

@@ -16,7 +16,7 @@ from cpr_core import load_robot
 from cpr_core.kernels.condensation_kernel import UNKNOWN
 from cpr_core.kernels.kept_factors import kept_factors
 from cpr_core.kernels.linearisation_kernel import linearise
-from cpr_core.model.equilibrium import new_record
+from cpr_core.model.equilibrium_records import new_record
 from cpr_core.reference.continuous_rods import follow_motors
 from cpr_core.reference.rod_integration import integrate
 from cpr_core.workspace import pose_grid

@@ -16,7 +16,7 @@ from cpr_core.kernels import delayed_pencil_kernel, pencil_kernel, recall_kernel
 from cpr_core.kernels.linearisation_kernel import linearise
 from cpr_core.kernels.pencil import pencil_of
 from cpr_core.kernels.pencil_kernel import Measure, is_diagonal
-from cpr_core.model.equilibrium import evaluated_again
+from cpr_core.model.equilibrium_steps import evaluated_again
 from cpr_core.model.stability import _Dense
 
 gather_pencil = entry(delayed_pencil_kernel.gather_pencil)

@@ -43,7 +43,8 @@ from cpr_core.kernels.record_layout import (
 from cpr_core.kernels.record_layout import STEPS as STEPS_TAKEN
 from cpr_core.kernels.square_problem import Tolerances
 from cpr_core.lie import rotation_exp
-from cpr_core.model.equilibrium import new_record, stepped, stepped_twice
+from cpr_core.model.equilibrium_records import new_record
+from cpr_core.model.equilibrium_steps import stepped, stepped_twice
 from cpr_core.solving.continuation import follow
 from cpr_core.solving.near_request import ALONE, solve_near
 from cpr_core.solving.path import Path
