@@ -83,7 +83,10 @@ def _looked_at_halfway(start: Equilibrium, target: Target, stable_only: bool) ->
         left = limits_along(robot, np.array([place.record for place in way]))
         if undisturbed(left) < len(way) - 1:
             return None
-    watched = (watching.at(place, near) for place, near in zip(way, left, strict=True))
+    watched = (
+        watching.at(place, near, place.signs.inverse_sign)
+        for place, near in zip(way, left, strict=True)
+    )
     return None if hidden_in_halves(*watched) else end
 
 

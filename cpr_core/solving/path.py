@@ -148,7 +148,7 @@ class Path:
         self._watching = Watching(
             may_be_kept_again(robot, self.problem),
             self.conservative and stability and pose,
-            self.conservative and bool(square) and (pose or self.looks_closely),
+            bool(square) and (pose or self.looks_closely),
         )
 
     @property
@@ -300,23 +300,22 @@ class Path:
         index = index_free if problem == "efforts" else index_locked
         if not self.conservative:
             sign = self._equations.sign(equilibrium)
+            inverse_sign = sign if problem == "pose" else 0
         elif problem == "pose":
             sign = inverse_sign
         else:
             sign = -1 if index % 2 else 1
         if self._inverse is not None:
             inverse_sign = self._inverse.sign(equilibrium)
-        elif not (self.conservative and self.looks_closely):
-            inverse_sign = 0
         return Point(
             fraction=fraction,
             equilibrium=equilibrium,
             index=index,
             sign=sign,
-            inverse_sign=inverse_sign,
+            inverse_sign=inverse_sign if self.looks_closely else 0,
             margins=left,
             violated=violated(self._robot, left),
-            watched=self._watching.at(equilibrium, left),
+            watched=self._watching.at(equilibrium, left, inverse_sign),
         )
 
 

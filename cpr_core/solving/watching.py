@@ -36,12 +36,13 @@ class Watching:
     stability: bool
     singularity: bool
 
-    def at(self, equilibrium: Equilibrium, limits: Floats) -> Watched:
+    def at(self, equilibrium: Equilibrium, limits: Floats, inverse_sign: int) -> Watched:
         """What must not change its sign unseen.
 
         Args:
             equilibrium: Where.
             limits: ``margins`` there, (K,).
+            inverse_sign: Sign of the determinant of the inverse problem there; read where it is watched.
         """
         values, distance = list[float](), list[float]()
         if self.limits:
@@ -49,12 +50,11 @@ class Watching:
         if self.stability:
             values.append(firm_margin(equilibrium))
         if self.singularity:
-            distance.append(_inverse_singularity(equilibrium))
+            distance.append(inverse_sign * _inverse_nearness(equilibrium))
         return Watched(tuple(values), tuple(distance))
 
 
 @kept_with_value
-def _inverse_singularity(equilibrium: Equilibrium) -> float:
-    """Distance from an inverse singularity, on its side: the end of a step is the start of the next."""
-    nearness = smallest_singular_value(equilibrium, True, None)
-    return equilibrium.signs.inverse_sign * nearness
+def _inverse_nearness(equilibrium: Equilibrium) -> float:
+    """Distance from an inverse singularity: the end of a step is the start of the next."""
+    return smallest_singular_value(equilibrium, True, None)

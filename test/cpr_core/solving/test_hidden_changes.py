@@ -170,6 +170,13 @@ def test_events_do_not_depend_on_how_many_points_are_kept(points):
     np.testing.assert_allclose(fractions, [0.893958682, 0.997738997], atol=1e-8)
 
 
+def pushed_along(robot, force):
+    """At home under a force [E J / l^2] that turns with the platform."""
+    unit = robot.arrays.energy_unit / robot.mean_length
+    loads = robot.default_loads.with_(wrench_body=[0.0, 0.0, 0.0, *(unit * np.array(force))])
+    return solve_forward(robot, solve_home(robot).motors, loads=loads)
+
+
 @pytest.mark.parametrize("points", [2, 5, 51])
 @pytest.mark.parametrize(
     ("name", "motors", "fractions"),
@@ -183,6 +190,22 @@ def test_events_do_not_depend_on_how_many_points_are_kept(points):
 def test_inverse_singularities_come_in_pairs(name, motors, fractions, points):
     """Pairs within a step were missed, the last one with 51 points too."""
     way = trace(load_robot(name), motors=motors, points=points)
+    assert {event.kind for event in way.events} == {"singularity"}
+    np.testing.assert_allclose([event.fraction for event in way.events], fractions, atol=1e-6)
+
+
+@pytest.mark.parametrize("points", [2, 5, 51])
+@pytest.mark.parametrize(
+    ("name", "motors", "fractions"),
+    [
+        ("rfrfr", [0.5539, 2.7269], [0.562093, 0.600365, 0.939490]),
+        ("two_rods", [0.7442, 2.3877], [0.652940, 0.657377]),
+    ],
+)
+def test_so_they_do_under_loads_without_a_potential(name, motors, fractions, points):
+    """Nearness to one was not watched there: of a pair within a step nothing told."""
+    start = pushed_along(load_robot(name), [1e-3, 5e-4, 0.0])
+    way = trace(start.robot, motors=motors, start=start, points=points)
     assert {event.kind for event in way.events} == {"singularity"}
     np.testing.assert_allclose([event.fraction for event in way.events], fractions, atol=1e-6)
 
@@ -258,3 +281,15 @@ def test_symmetric_ways_end_where_several_branches_cross(points):
     assert "several branches cross" in way.events[0].message
     with pytest.raises(NoInverseSolution, match="several branches cross"):
         solve_inverse(robot, below)
+
+
+@pytest.mark.parametrize("points", [2, 51])
+def test_so_they_do_under_a_force_that_turns_with_the_platform(points):
+    """The branch was walked through where several cross, and a request ended on another one."""
+    start = pushed_along(three_swinging(), [0.0, 0.0, 0.005])
+    below = start.pose - [0.02, 0.0, 0.0]
+    way = trace(start.robot, pose=below, start=start, points=points)
+    assert not way.reached
+    assert [event.kind for event in way.events] == ["bifurcation"]
+    with pytest.raises(NoInverseSolution, match="several branches cross"):
+        solve_inverse(start.robot, below, start=start)
