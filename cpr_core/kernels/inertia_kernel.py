@@ -127,7 +127,7 @@ def signs_of(robot, rotation, work, signs):
     first = delayed + platform  # the motors
     signs[INVERSE_SIGN] = 0
     if robot.inverse_unknowns.shape[0] == platform:
-        signs[INVERSE_SIGN] = _inverse_sign(robot, rotation, delayed, below, work)
+        signs[INVERSE_SIGN] = _inverse_sign(robot, rotation, factors, below, work)
     smallest = _SMALLEST_PIVOT * largest
     # Platform first: what it leaves tells the motors', if it is not about to lose its stability.
     begin = 0 * size  # a constant would be compiled for on its own
@@ -147,35 +147,39 @@ def signs_of(robot, rotation, work, signs):
 
 
 @inlined
-def _inverse_sign(robot, rotation, delayed, below, work):
+def _inverse_sign(robot, rotation, factors, below, work):
     """Sign of the inverse problem's determinant; 0 where there is none.
+
+    Of the tangent as it is: under loads without a potential the border is not symmetric.
 
     Args:
         robot: RobotArrays.
         rotation: Platform rotation, (3, 3).
-        delayed: Number of delayed slots.
+        factors: Factors of the tangent, delayed slots behind platform and motors.
         below: Number of negative pivots of the legs.
-        work: Workspace with the border of delayed slots, platform and motors.
+        work: Workspace.
     """
-    left, square = work.symmetric, work.square
-    inner, first = robot.platform_index, delayed + robot.slots.platform_count
+    matrix, square, delayed = factors.border, work.square, factors.delayed_count[0]
+    inner, count = robot.platform_index, robot.border_indices.shape[0]
+    size = delayed + robot.slots.platform_count
     inverse_unknowns, angles = robot.inverse_unknowns, robot.controls_angles == 1
     rotation_unknowns(rotation, angles, work.motions)
-    for i in range(first):
+    for i in range(size):
+        row = count + i if i < delayed else i - delayed
         for j in range(delayed):
-            square[i, j] = left[i, j]
-        for j in range(delayed, first):
+            square[i, j] = matrix[row, count + j]
+        for j in range(delayed, size):
             column = inverse_unknowns[j - delayed] - inner
             if angles and column < FIRST_LINEAR:
                 value = 0.0
                 for n in range(3):
-                    value += left[i, delayed + n] * work.motions[n, column]
+                    value += matrix[row, n] * work.motions[n, column]
                 square[i, j] = value
             else:
-                square[i, j] = left[i, delayed + column]
-    if not lu_factor(square, first, work.pivots, 0.0):
+                square[i, j] = matrix[row, column]
+    if not lu_factor(square, size, work.pivots, 0.0):
         return 0
-    sign = lu_sign(square, first, work.pivots)
+    sign = lu_sign(square, size, work.pivots)
     return sign if below % 2 == 0 else -sign
 
 

@@ -25,7 +25,6 @@ from ..model.equilibrium_steps import equilibrium_at, stepped
 from ..model.model_state import Configuration, evaluate
 from ..model.stability import elastic_hessian
 from .deadline import Deadline
-from .held_problem import held
 from .hidden_changes import Watched
 from .limits import Limit, margins, may_be_kept_again, violated
 from .path_equations import PathEquations
@@ -142,9 +141,6 @@ class Path:
         self.looks_closely = singularities and target.problem != "pose"
         self.conservative = self._equations.conservative
         pose, square = self.problem == "pose", robot.description.controlled and not robot.redundancy
-        self._inverse: PathEquations | None = None  # signs of records are of symmetric tangents
-        if self.looks_closely and square and not self.conservative:
-            self._inverse = PathEquations(start, held(start, "pose"), loads)
         self._watching = Watching(
             may_be_kept_again(robot, self.problem),
             self.conservative and stability and pose,
@@ -298,15 +294,12 @@ class Path:
         problem, left = self.problem, margins(equilibrium)
         index_locked, index_free, inverse_sign = equilibrium.signs
         index = index_free if problem == "efforts" else index_locked
-        if not self.conservative:
-            sign = self._equations.sign(equilibrium)
-            inverse_sign = sign if problem == "pose" else 0
-        elif problem == "pose":
+        if problem == "pose":
             sign = inverse_sign
-        else:
+        elif self.conservative:
             sign = -1 if index % 2 else 1
-        if self._inverse is not None:
-            inverse_sign = self._inverse.sign(equilibrium)
+        else:
+            sign = self._equations.sign(equilibrium)
         return Point(
             fraction=fraction,
             equilibrium=equilibrium,

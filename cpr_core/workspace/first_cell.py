@@ -164,14 +164,8 @@ def target_at(problem: CellProblem, values: Floats, start: Equilibrium) -> Targe
 
 def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:
     """Signs as the kernels have them; between poses of redundant motors no sign tells branches apart."""
-    square = problem.given_motors or not found.robot.redundancy
-    if square and not problem.conservative:
-        target: Target = (
-            MotorTarget(found.motors)
-            if problem.given_motors
-            else PoseTarget(found.platform_rotation, found.platform_position)
-        )
-        branch = Path(found, target, found.loads).begin().sign
+    if problem.given_motors and not problem.conservative:
+        branch = Path(found, MotorTarget(found.motors), found.loads).begin().sign
     else:
         signs = found.signs
         branch = signs.index_locked if problem.given_motors else signs.inverse_sign

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.condensation_kernel import rotation_unknowns
 from ..kernels.inertia_kernel import signs_of
 from ..kernels.kernel_decorators import allocating_part, compiled
 from ..kernels.kernel_records import rods_exist
@@ -87,43 +86,22 @@ def _signs_at(problem, rotation, scratch, work, signs):
     """Signs of a cell at an equilibrium, see `cell_layout`."""
     signs_of(problem.robot, rotation, work, signs)
     signs[BRANCH_SIGN] = signs[INDEX_LOCKED if problem.given_motors else INVERSE_SIGN]
-    if not problem.conservative:
-        signs[BRANCH_SIGN] = _sign_without_energy(problem, rotation, scratch, work)
-
-
-@allocating_part
-def _sign_without_energy(problem, rotation, scratch, work):
-    """The sign that tells branches apart under loads without a potential: of the determinant.
-
-    Args:
-        problem: CellProblem.
-        rotation: Platform rotation at an equilibrium.
-        scratch: Memory, (N, N), zero where the model has no entries.
-        work: Workspace with the tangent of the model there.
-    """
-    tangent_into(problem.robot, work, scratch)
-    if problem.inverse.angles:
-        rotation_unknowns(rotation, problem.inverse.angles, work.motions)
-        _by_rotation_unknowns(problem.robot.platform_index, work.motions, scratch)
-    return _determinant_sign(problem.robot, problem.square, scratch)
-
-
-@allocating_part
-def _by_rotation_unknowns(first, motions, tangent):
-    """World rotations, from index ``first`` on, replaced by unknowns, in rows and columns."""
-    for i in range(tangent.shape[0]):
-        x, y, z = tangent[i, first], tangent[i, first + 1], tangent[i, first + 2]
-        for k in range(3):
-            tangent[i, first + k] = motions[0, k] * x + motions[1, k] * y + motions[2, k] * z
-    for j in range(tangent.shape[0]):
-        x, y, z = tangent[first, j], tangent[first + 1, j], tangent[first + 2, j]
-        for k in range(3):
-            tangent[first + k, j] = motions[0, k] * x + motions[1, k] * y + motions[2, k] * z
+    if problem.given_motors and not problem.conservative:
+        tangent_into(problem.robot, work, scratch)
+        signs[BRANCH_SIGN] = _determinant_sign(problem.robot, problem.square, scratch)
 
 
 @allocating_part
 def _determinant_sign(robot, square, tangent):
-    """Sign of the determinant of a square problem, without symmetry."""
+    """Sign of the determinant of a square problem, without symmetry.
+
+    It tells branches apart where energy does not.
+
+    Args:
+        robot: RobotArrays.
+        square: SquareProblem.
+        tangent: Tangent of the model at an equilibrium, (N, N).
+    """
     inner, own = robot.platform_index, square.equations.shape[0]
     size = inner + own
     matrix, pivots = np.empty((size, size)), np.empty(size, np.int64)

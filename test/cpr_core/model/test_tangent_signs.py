@@ -130,3 +130,25 @@ def test_straight_legs_are_counted_all_the_same():
         home.robot, [], loads=Loads.none().with_(wrench_world=[0, 0, 0, 1e-3, 0, 0])
     )
     assert pushed.signs.index_locked == pushed.spectrum_locked.index == 0
+
+
+def test_the_sign_is_that_of_the_determinant_under_loads_without_a_potential_too():
+    """It was that of the symmetric part: of strong loads another one."""
+    robot, random = load_robot("three_rfs"), np.random.default_rng(7)
+    home, seen = solve_home(robot), []
+    unit = robot.arrays.energy_unit * np.array([1.0] * 3 + [1.0 / robot.mean_length] * 3)
+    for _ in range(40):
+        loads = Loads.none().with_(
+            wrench_body=unit * random.normal(size=6),
+            wrench_world=np.append(unit[:3] * random.normal(size=3), np.zeros(3)),
+        )
+        away = 0.6 * random.normal(size=3) * robot.motor_units
+        try:
+            equilibrium = solve_forward(robot, home.motors + away, loads=loads)
+        except NotReached:
+            continue
+        sign = kinemato_statics(equilibrium).singularity("inverse").sign
+        assert equilibrium.signs.inverse_sign == sign
+        seen.append(sign)
+    assert len(seen) > 5
+    assert set(seen) == {-1, 1}
