@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..description.loads import Loads
 from ..kernels.continuation_kernel import WATCHED
 from ..kernels.natural_units import LONGEST_STEP
 from ..model.equilibrium import Equilibrium, firm_margin
 from ..model.equilibrium_steps import stepped, stepped_twice
+from ..model.robot import Robot
 from .hidden_changes import hidden_in_halves, may_hide_in_one_step
 from .limits import limits_along, may_be_kept_again, undisturbed
 from .targets import Target, apart
 from .watching import Watching
 
-__all__ = ["ALONE", "solve_near"]
+__all__ = ["ALONE", "signs_tell", "solve_near"]
 
 #: Longest step that is taken without a look halfway where something is watched that its ends may not
 #: show, in longest steps of a walk. By effort it is the motors' way that counts, and longer ones are
@@ -35,7 +37,7 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
     robot, pose, by_effort = start.robot, target.problem == "pose", target.problem == "efforts"
     if pose and robot.redundancy > 0:
         return None
-    if not start.loads.conservative(robot.planar):
+    if not signs_tell(robot, start.loads, target.problem, stable_only):
         return None
     if stable_only and (start.index_free if by_effort else start.index_locked):
         return None
@@ -56,6 +58,14 @@ def solve_near(start: Equilibrium, target: Target, stable_only: bool) -> Equilib
         if may_hide_in_one_step(before, after, length):
             return None
     return end
+
+
+def signs_tell(robot: Robot, loads: Loads, problem: str, stable_only: bool) -> bool:
+    """Whether the signs of a record tell what happens within a step.
+
+    Those of stability are of the energy: under loads without a potential that of poses alone tells.
+    """
+    return loads.conservative(robot.planar) or (problem == "pose" and not stable_only)
 
 
 def _step(start: Equilibrium, target: Target, fraction: float = 1.0) -> Equilibrium | None:

@@ -32,7 +32,7 @@ from .events import PathEvent
 from .geometrico_statics import checked_start
 from .held_problem import held
 from .limits import limits_along, may_be_kept_again, undisturbed
-from .near_request import ALONE
+from .near_request import ALONE, signs_tell
 from .objectives import objective_of
 from .redundant_walk import walk_to
 from .requests import pose_meaning, target_of
@@ -106,7 +106,10 @@ def trace_through(
     objective_of(start, problem, objective)
     last, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
-    conservative, imposed = found.loads.conservative(robot.planar), _imposed(start, problem, rows)
+    told, imposed = (
+        signs_tell(robot, found.loads, problem, stable_only),
+        _imposed(start, problem, rows),
+    )
     walked = _walked_to(start, problem, imposed, count, stable_only, singularities)
     while len(found) < count and stopped is None:
         done = len(found)
@@ -114,7 +117,7 @@ def trace_through(
         limited = not math.isinf(deadline.left)
         until = min(until, done + (_BETWEEN_LOOKS if limited else _BETWEEN_SIGNALS))
         unstable = last.index_free if problem == "efforts" else last.index_locked
-        quiet = conservative and last.loads is found.loads and not (stable_only and unstable)
+        quiet = told and last.loads is found.loads and not (stable_only and unstable)
         if quiet and until > done and not deadline.over:
             last = _run(found, last, problem, imposed[done:until], singularities)
             if len(found) == until:

@@ -92,6 +92,30 @@ def test_following_forces_are_walked_to():
     assert distance(found.last, one_by_one(robot, "motors", rows[1:], first)[-1]) < 1e-8
 
 
+def test_poses_under_following_forces_are_what_single_solves_find(monkeypatch):
+    """The first one is walked to, as it brings the loads; all others at once."""
+    robot = load_robot("six_rfs")
+    loads = Loads.none().with_(wrench_body=[0.0, 0.0, 0.0, 0.1, 0.0, 0.0])
+    start = solve_home(robot)
+    places = [solve_forward(robot, start.motors, start=start, loads=loads)]
+    places += one_by_one(
+        robot, "motors", start.motors + 0.01 * np.arange(1.0, 8.0)[:, None], *places
+    )
+    walked = []
+    walk_to = waypoints.walk_to
+    monkeypatch.setattr(
+        waypoints,
+        "walk_to",
+        lambda *given, **options: walked.append(1) or walk_to(*given, **options),
+    )
+    poses = [place.pose for place in places]
+    found = trace_through(robot, poses=poses, start=start, loads=loads, singularities=False)
+    assert len(walked) == 1
+    for ours, theirs in zip(found.equilibria, places, strict=True):
+        assert distance(ours, theirs) < 1e-7
+        assert ours.signs == theirs.signs
+
+
 def test_stability_that_is_lost_is_an_event_at_its_place():
     robot = load_robot("rfrfr")
     start = solve_inverse(robot, [0.0, 0.3])
