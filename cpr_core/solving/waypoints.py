@@ -106,10 +106,8 @@ def trace_through(
     objective_of(start, problem, objective)
     last, count = start, len(rows)
     found, events, stopped = _Records(start, loads, count), [], None
-    told, imposed = (
-        signs_tell(robot, found.loads, problem, stable_only),
-        _imposed(start, problem, rows),
-    )
+    told = signs_tell(robot, found.loads, problem, stable_only)
+    imposed = _imposed(start, problem, rows)
     walked = _walked_to(start, problem, imposed, count, stable_only, singularities)
     while len(found) < count and stopped is None:
         done = len(found)
