@@ -25,6 +25,7 @@ from cpr_core import (
     solve_forward_by_effort,
     solve_home,
     solve_inverse,
+    trace_through,
 )
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.kernels.condensation_kernel import DELAYED
@@ -402,6 +403,8 @@ def test_newton_steps_of_both_halves_count():
     last = solve_inverse(home.robot, home.pose + [0.09, 0.06], start=middle)
     whole = solve_inverse(home.robot, last.pose, start=home)
     assert middle.iterations < whole.iterations <= middle.iterations + last.iterations
+    halves = trace_through(home.robot, poses=[middle.pose, last.pose], start=home)
+    assert whole.iterations == sum(half.iterations for half in halves.equilibria)
 
 
 @pytest.mark.parametrize("problem", ["motors", "pose"])
