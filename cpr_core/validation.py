@@ -218,9 +218,12 @@ class ReadOnlyArrays:
     def __post_init__(self) -> None:
         """Take them over, those in tuples as well, but for named ones: those go to kernels."""
         for value in vars(self).values():
-            for part in value if type(value) is tuple else (value,):
-                if isinstance(part, np.ndarray):
-                    read_only(part)
+            if isinstance(value, np.ndarray):
+                read_only(value)
+            elif type(value) is tuple:
+                for part in value:
+                    if isinstance(part, np.ndarray):
+                        read_only(part)
 
 
 def _number(name: str, value: object, expected: str) -> float:

@@ -19,7 +19,9 @@ from .chain_balance import ChainBalance, ChainPoint, chain_balance, tip_joint
 from .chain_robot import ChainRobot, chain_robot
 from .chain_steps import ChainState, NodePlace, chain_steps, node_cuts
 from .rod_integration import RodTrajectory
+from .shooting_linearisation import Shooting
 from .shooting_method import ShootingMethod
+from .shooting_robot import ShootingUnits, check_robot, shooting_of
 
 __all__ = ["ContinuousEquilibrium"]
 
@@ -70,6 +72,16 @@ class ContinuousEquilibrium(ReadOnlyArrays):
     def steps(self) -> int:
         """Integration steps along every rod."""
         return self.method.steps
+
+    @cached_property
+    def shooting(self) -> tuple[Shooting, ShootingUnits]:
+        """The robot as the compiled shooting sees it, and its units.
+
+        Raises:
+            InvalidRequest: The compiled shooting does not know robots or loads of this kind.
+        """
+        check_robot(self.robot, self.loads)
+        return shooting_of(self.robot, self.loads, self.method)
 
     @cached_property
     def model(self) -> ChainRobot:

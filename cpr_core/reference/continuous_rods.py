@@ -21,7 +21,7 @@ from ..description.loads import Loads
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.not_reached import NoForwardSolution, NoInverseSolution
-from ..validation import checked_vector
+from ..validation import checked_matrix, checked_vector, read_only
 from .chain_shooting import solve_chains
 from .continuous_equilibrium import ContinuousEquilibrium
 from .shooting_kernel import shoot_along, shoot_at
@@ -31,6 +31,7 @@ from .shooting_robot import (
     check_robot,
     check_square,
     force_per_length,
+    integrated_by,
     shooting_knows,
     shooting_of,
 )
@@ -47,6 +48,7 @@ Floats = NDArray[np.float64]
 
 #: How far from its start an equilibrium is another one, in rod lengths and radians: of three modes, too.
 _ANOTHER = 0.2
+_NONE = read_only(np.zeros(0))
 
 
 def solve_continuous_rough(
@@ -173,9 +175,8 @@ def follow_motors(
         NonFiniteInput: A NaN or an infinity.
         NoForwardSolution: The branch does not reach that far.
     """
-    check_robot(start.robot, start.loads)
     count = start.robot.motor_count
-    targets = np.array([checked_vector("motors", values, count) for values in np.asarray(motors)])
+    targets = checked_matrix("motors", motors, None, count)
     changes = np.diff(np.vstack([start.motors, targets]), axis=0)
     return _followed(start, changes, method or start.method, motors_held=True)
 
@@ -197,9 +198,8 @@ def follow_platform(
         NonFiniteInput: A NaN or an infinity.
         NoInverseSolution: The branch does not reach that far.
     """
-    check_robot(start.robot, start.loads)
     check_square(start.robot)
-    places = np.array([checked_vector("position", place, 3) for place in np.asarray(positions)])
+    places = checked_matrix("positions", positions, None, 3)
     turns = np.repeat(start.platform_rotation[None], len(places) + 1, axis=0)
     if rotations is not None:
         turns[1:] = rotations
@@ -233,7 +233,9 @@ def _followed(
     start: ContinuousEquilibrium, changes: Floats, method: ShootingMethod, *, motors_held: bool
 ) -> tuple[ContinuousEquilibrium, ...]:
     robot, loads, count = start.robot, start.loads, len(changes)
-    shooting, units = shooting_of(robot, loads, method)
+    shooting, units = start.shooting
+    if method != start.method:
+        shooting = integrated_by(shooting, method)
     state = units.without_dimensions(_state_of(start))
     legs = robot.motor_count
     states = ShootingState(
@@ -271,7 +273,7 @@ def _equilibrium(
         robot=robot,
         loads=loads,
         motors=state.motors,
-        passive=np.zeros(0),
+        passive=_NONE,
         platform_rotation=state.rotation,
         platform_position=state.position,
         base_wrenches=state.wrenches,

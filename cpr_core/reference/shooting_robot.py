@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,13 @@ from .shooting_linearisation import Shooting, ShootingState, balance
 from .shooting_method import TABLEAUS, ShootingMethod
 
 __all__ = [
+    "ShootingUnits",
     "balance_rows",
     "check_leg",
     "check_robot",
     "check_square",
     "force_per_length",
+    "integrated_by",
     "shooting_knows",
     "shooting_of",
 ]
@@ -59,7 +61,6 @@ def shooting_of(
     stiffness = np.array([leg.rod.rigidities[2] for leg in legs])
     moment = float(stiffness.mean()) / length
     force = moment / length
-    nodes, weights = TABLEAUS[method.tableau]
     platform_loads = _platform_loads(robot, loads)
     platform_loads /= np.array([force, length, moment, force, moment, force])[:, None]
     shooting = Shooting(
@@ -73,12 +74,25 @@ def shooting_of(
         distributed=force_per_length(robot, loads) * (length / force),
         platform_loads=platform_loads,
         axes=robot.platform_axes.copy(),  # read-only is another type to numba
-        nodes=nodes,
-        weights=weights,
-        abscissae=nodes.sum(axis=1),
-        steps=method.steps,
+        **_integration(method),
     )
     return shooting, ShootingUnits(length, np.repeat([moment, force], 3))
+
+
+def integrated_by(shooting: Shooting, method: ShootingMethod) -> Shooting:
+    """The same robot, its rods integrated by another method."""
+    return shooting._replace(**_integration(method))
+
+
+def _integration(method: ShootingMethod) -> dict[str, Any]:
+    """What a method is to the kernel, by its fields."""
+    nodes, weights = TABLEAUS[method.tableau]
+    return {
+        "nodes": nodes,
+        "weights": weights,
+        "abscissae": nodes.sum(axis=1),
+        "steps": method.steps,
+    }
 
 
 def _motor_axes(robot: Robot) -> Floats:

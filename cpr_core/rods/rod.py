@@ -144,7 +144,7 @@ class Profile:
     stiffness: Floats
     mass: Floats
 
-    @property
+    @cached_property
     def uniform(self) -> bool:
         """Whether nothing varies."""
         return bool(np.all(self.stiffness == 1.0) and np.all(self.mass == 1.0))
@@ -196,7 +196,7 @@ class Rod:
         panels = rod_grid(_POINTS_OF_MEAN, tuple(self.profile.at[1:-1].tolist()))
         return float(1.0 / (panels.weights @ (1.0 / self.rigidities_at(panels.nodes).max(axis=1))))
 
-    @property
+    @cached_property
     def uniform(self) -> bool:
         """Whether stiffness, mass and rest curvature are the same all along."""
         bent = any(np.any(series[1:]) for series in self.rest_curvature)
