@@ -36,6 +36,8 @@ Found = TypeVar("Found")
 Value = TypeVar("Value")
 Word = TypeVar("Word", bound=str)
 
+_FLOAT = np.dtype(np.float64)
+
 
 def checked_count(name: str, value: object, least: int, most: int | None = None) -> int:
     """A whole number that is neither too small nor too large.
@@ -127,16 +129,16 @@ def checked_vector(
         InvalidRequest: Not numbers, or not ``size`` of them.
         NonFiniteInput: A NaN or an infinity among them.
     """
-    if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (size,):
+    if type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,):
         floats: NDArray[np.float64] = value.copy()
-        if _finite(floats):
+        if all(map(math.isfinite, floats.tolist())):  # faster than numpy on so few numbers
             return read_only(floats)  # at once, as nearly always: no words are wanted
     expected = f"expected {_counted(size, meaning)}"
     vector = checked_floats(name, value, expected)
     if vector.shape != (size,):
         count = vector.size if vector.ndim == 1 else f"an array of shape {vector.shape}"
         raise InvalidRequest(name, f"{expected}, got {count}")
-    if not _finite(vector):
+    if not np.isfinite(vector).all():
         raise NonFiniteInput(name, f"{expected}, all finite, got {vector.tolist()}")
     return read_only(vector)
 
@@ -155,7 +157,7 @@ def checked_word(name: str, value: object, known: tuple[Word, ...]) -> Word:
 
 def read_only(array: Array) -> Array:
     """The same array, which nobody can write to from now on."""
-    array.flags.writeable = False
+    array.setflags(write=False)
     return array
 
 
@@ -236,10 +238,6 @@ def _number(name: str, value: object, expected: str) -> float:
         return float(value)
     except OverflowError:
         raise InvalidRequest(name, f"expected {expected}, got {value!r:.200}") from None
-
-
-def _finite(vector: NDArray[np.float64]) -> bool:
-    return all(map(math.isfinite, vector.tolist()))  # faster than numpy on so few numbers
 
 
 def _counted(count: int, meaning: str) -> str:

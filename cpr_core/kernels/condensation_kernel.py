@@ -46,7 +46,6 @@ __all__ = [
     "expand_legs",
     "factor",
     "factor_border",
-    "factor_inlined",
     "predict",
     "reduce_legs",
     "rotation_unknowns",
@@ -238,12 +237,6 @@ def factor(robot, rotation, problem, work, factors):
     Returns:
         CONDENSED or DELAYED, how it was done, or NO_INVERSE.
     """
-    return factor_inlined(robot, rotation, problem, work, factors)
-
-
-@inlined
-def factor_inlined(robot, rotation, problem, work, factors):
-    """``factor`` as a part of what calls it."""
     rotation_unknowns(rotation, problem.angles, work.motions)
     condense(robot, work, factors)
     return factors.status[0] if factor_border(robot, problem, work, factors) else NO_INVERSE

@@ -9,7 +9,7 @@ import math
 
 from .condensation_kernel import DELAYED, UNKNOWN
 from .inertia_kernel import signs_of
-from .kept_factors import keep, recall
+from .kept_factors import keep, recalled
 from .kernel_decorators import inlined, kernel
 from .kernel_records import complete, read_pose, rods_exist, square_problem
 from .natural_units import EFFORT_UNIT, LONGEST_STEP
@@ -79,8 +79,9 @@ def continue_equilibria(
     size, square = robot.unit.shape[0], square_problem(robot, problem)
     first_kept = given.shape[0] - kept.shape[0] // robot.kept_count
     work.bend_count[0], work.factors.status[0] = 0, UNKNOWN
+    factors = work.factors
     if mode != UNPREDICTED:
-        recall(robot, kept_before, work.factors)
+        factors = recalled(robot, kept_before, work.factors)
     if work.factors.status[0] == DELAYED:  # these are not kept: the tangent is evaluated again
         read_pose(robot, record, work)
         for i in range(size):
@@ -92,6 +93,7 @@ def continue_equilibria(
         )
         if status != CONVERGED:
             work.factors.status[0] = UNKNOWN
+        factors = work.factors
     for row in range(given.shape[0]):
         before = record if row == 0 else records[row - 1]
         if watched and not _is_near(robot, problem, given[row], before):
@@ -103,7 +105,7 @@ def continue_equilibria(
         read_pose(robot, before, work)
         _impose(robot, problem, given[row], before, work)
         configuration = Configuration(state, work.rotation, work.position)
-        predicted = predict_state(robot, square, configuration, work)
+        predicted = predict_state(robot, square, configuration, factors, work)
         if not rods_exist(robot, state):
             return row
         status, steps, largest, energy = newton(
@@ -117,6 +119,7 @@ def continue_equilibria(
             return row
         if watched and not _same_signs(robot, problem, before, next_record):
             return row
+        factors = work.factors
         if row >= first_kept:
             keep(robot, work.factors, kept[(row - first_kept) * robot.kept_count :])
     return given.shape[0]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .condensation_kernel import CONDENSED
-from .kernel_arrays import Lanes, RobotArrays
+from .kernel_arrays import Factors, Lanes, RobotArrays
 from .kernel_decorators import inlined
 from .lanes import get, lanes_dtype, load, put, store
 from .slots import SlotLayout
@@ -27,8 +27,8 @@ __all__ = [
     "kept_factors",
     "kept_row",
     "kept_status",
-    "recall",
     "recall_border",
+    "recalled",
 ]
 
 
@@ -102,21 +102,36 @@ def keep(robot, factors, kept):
 
 
 @inlined
-def recall(robot, kept, factors):
-    """Copy them back, where they are CONDENSED."""
-    slots, upper = robot.slots, factors.upper
+def recalled(robot, kept, factors):
+    """Kept factors read where they are; pivots and border alone are copied, into others' memory.
+
+    For kernels, which count no references to arrays: these are borrowed.
+
+    Args:
+        robot: RobotArrays.
+        kept: Kept factors.
+        factors: Factors, whose memory is lent.
+    """
+    slots, groups = robot.slots, robot.groups.shape[0]
     factors.status[0] = kept_status(kept)
-    if factors.status[0] != CONDENSED:
-        return
-    factors.delayed_count[0] = 0
-    for number in range(robot.groups.shape[0]):
-        for i in range(slots.inner_count):
-            row = kept_row(slots, number, i)
-            store(factors.inverse, (number, i), load(kept, row + i))
-            for j in range(i + 1, slots.total):
-                store(upper, (number, i, j), load(kept, row + j))
-    begin, count = kept_border(slots, robot.groups.shape[0]), robot.border_indices.shape[0]
-    recall_border(kept, begin, count, robot.slot_index.shape[2], factors.border)
+    begin = kept_border(slots, groups)
+    upper = kept[1:begin].reshape((groups, slots.inner_count, slots.total))
+    if factors.status[0] == CONDENSED:
+        factors.delayed_count[0] = 0
+        for number in range(groups):
+            for i in range(slots.inner_count):
+                store(factors.inverse, (number, i), load(upper, (number, i, i)))
+        count = robot.border_indices.shape[0]
+        recall_border(kept, begin, count, robot.slot_index.shape[2], factors.border)
+    return Factors(
+        upper,
+        factors.inverse,
+        factors.border,
+        factors.status,
+        factors.delayed_count,
+        factors.delayed,
+        factors.beyond,
+    )
 
 
 @inlined

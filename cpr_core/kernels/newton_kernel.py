@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 
 from .condensation_kernel import (
-    NO_INVERSE,
     UNKNOWN,
-    factor_inlined,
+    condense,
+    factor_border,
     predict,
     rotation_unknowns,
     solve,
@@ -136,15 +136,15 @@ def _norm(vector, size):
 
 
 @inlined
-def predict_state(robot, problem, configuration, work):
+def predict_state(robot, problem, configuration, factors, work):
     """Impose, and move the unknowns along the tangent to it, in place.
 
     Args:
         robot: RobotArrays.
         problem: SquareProblem.
         configuration: A solution, overwritten.
-        work: Workspace, with the factors of the tangent there (where they are UNKNOWN nothing is
-            predicted), and what is imposed, as it is where nothing is: ``given_motors``,
+        factors: Of the tangent there; where they are UNKNOWN nothing is predicted.
+        work: Workspace, with what is imposed, as it is where nothing is: ``given_motors``,
             ``given_rotation``, ``given_position`` and ``effort_change``.
 
     ``work.bend_count`` counts the steps before of which the missing part is known; 0: only the tangent
@@ -176,8 +176,8 @@ def predict_state(robot, problem, configuration, work):
         position[i] = to_position[i]
         for j in range(3):
             rotation[i, j] = work.given_rotation[i, j]
-    if work.factors.status[0] != UNKNOWN and predict(
-        robot, problem, known, efforts, work.step, work, work.factors
+    if factors.status[0] != UNKNOWN and predict(
+        robot, problem, known, efforts, work.step, work, factors
     ):
         size, imposed = inner + problem.unknowns.shape[0], 0.0
         for i in range(known.shape[0]):
@@ -309,10 +309,11 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         for i in range(size):
             total[i] -= fraction * step[i]
             step[i] = correction[i]
-        status = factor_inlined(robot, configuration.rotation, problem, work, work.factors)
+        condense(robot, work, work.factors)
         if largest < tolerances.residual:
             return CONVERGED, count, largest, energy
-        if status == NO_INVERSE:
+        rotation_unknowns(configuration.rotation, problem.angles, work.motions)
+        if not factor_border(robot, problem, work, work.factors):
             return SINGULAR, count, largest, energy
         if count == tolerances.iterations:
             return STALLED, count, largest, energy

@@ -19,7 +19,7 @@ from .condensation_kernel import (
     reduce_legs,
     rotation_unknowns,
 )
-from .kept_factors import kept_status, recall
+from .kept_factors import kept_status, recalled
 from .kernel_decorators import inlined, kernel
 from .kernel_records import read_pose, square_problem
 from .model_kernel import evaluate, evaluate_residual
@@ -125,7 +125,7 @@ def answer_rates(prepared, loads, problem, kept, record, rates, states, efforts)
     size, inner = robot.unit.shape[0], robot.platform_index
     read_pose(robot, record, work)
     if kept_status(kept) == CONDENSED:
-        recall(robot, kept, factors)
+        factors = recalled(robot, kept, factors)
         rotation_unknowns(work.rotation, square.angles, work.motions)
         if not factor_border(robot, square, work, factors):
             return False

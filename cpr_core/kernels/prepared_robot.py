@@ -19,7 +19,7 @@ from ..numba_fence import entry_point
 from ..numba_fence.borrowed_values import Borrowed, size_of, store
 from .condensation_kernel import CONDENSED
 from .continuation_kernel import continue_equilibria
-from .kept_factors import kept_status, recall
+from .kept_factors import kept_status, recalled
 from .kernel_arrays import RobotArrays, Workspace
 from .kernel_decorators import kernel
 from .kernel_records import read_pose, square_problem
@@ -147,11 +147,11 @@ def singular_value_prepared(prepared: PreparedRobot, *arguments: Any) -> float:
 
 @kernel
 def _singular_value(prepared, problem, scales, record, kept, evaluated):
-    robot, work = prepared.robot, prepared.work
+    robot, work, factors = prepared.robot, prepared.work, prepared.work.factors
     if not evaluated:
         if kept_status(kept) != CONDENSED:
             return math.nan
-        recall(robot, kept, work.factors)
+        factors = recalled(robot, kept, work.factors)
     read_pose(robot, record, work)
     square = square_problem(robot, problem)
-    return smallest_singular_value(robot, square, scales, work.rotation, work)
+    return smallest_singular_value(robot, square, scales, work.rotation, work, factors)

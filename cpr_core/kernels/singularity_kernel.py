@@ -35,7 +35,7 @@ _RITZ_PRECISION = 1e-10
 
 
 @strict_part
-def smallest_singular_value(robot, square, scales, rotation, work):
+def smallest_singular_value(robot, square, scales, rotation, work, factors):
     """Smallest singular value of a linear problem, dimensionless.
 
     Args:
@@ -43,13 +43,14 @@ def smallest_singular_value(robot, square, scales, rotation, work):
         square: SquareProblem of the forward or the inverse problem.
         scales: ProblemScales: its units.
         rotation: Platform rotation at an equilibrium.
-        work: Workspace with the condensed tangent there.
+        work: Workspace.
+        factors: Of the tangent there.
 
     Returns:
         The value; 0 where the problem has no inverse, or Lanczos' method wants more steps.
     """
     rotation_unknowns(rotation, square.angles, work.motions)
-    if not factor_border(robot, square, work, work.factors):
+    if not factor_border(robot, square, work, factors):
         return 0.0
     size = robot.platform_index + square.unknowns.shape[0]
     motors = robot.unit.shape[0] - robot.motor_index
@@ -64,7 +65,7 @@ def smallest_singular_value(robot, square, scales, rotation, work):
         for i in range(size + motors):
             basis[step, i] = vector[i] / length
             vector[i] = basis[step, i]
-        _apply_inverse_square(robot, square, scales, vector, work)
+        _apply_inverse_square(robot, square, scales, vector, work, factors)
         total = 0.0
         for i in range(size + motors):
             total += vector[i] * basis[step, i]
@@ -106,17 +107,17 @@ def _length(vector):
 
 
 @inlined
-def _apply_inverse_square(robot, square, scales, vector, work):
+def _apply_inverse_square(robot, square, scales, vector, work, factors):
     """Multiply by the inverse of M'^T M', in place; efforts are the last entries."""
     for i in range(vector.shape[0]):
         vector[i] *= scales.unknowns[i]
     _multiply_strains(scales, vector)
-    solve_with_efforts_transposed(robot, square, vector, work, work.factors)
+    solve_with_efforts_transposed(robot, square, vector, work, factors)
     _multiply_strains_transposed(scales, vector)
     for i in range(vector.shape[0]):
         vector[i] *= scales.squared_equations[i]
     _multiply_strains(scales, vector)
-    solve_with_efforts(robot, square, vector, work, work.factors)
+    solve_with_efforts(robot, square, vector, work, factors)
     _multiply_strains_transposed(scales, vector)
     for i in range(vector.shape[0]):
         vector[i] *= scales.unknowns[i]

@@ -28,8 +28,7 @@ AS_IT_IS = Tolerances(residual=np.inf, iterations=0, contraction=1.0)
 
 def new_record(robot: Robot, count: int | None = None) -> Floats:
     """Memory of a record, or of some."""
-    size = robot.state_size + EFFORT + robot.motor_count
-    return np.empty(size if count is None else (count, size))
+    return np.empty(robot.record_size if count is None else (count, robot.record_size))
 
 
 def record_of(robot: Robot, place: Configuration) -> Floats:

@@ -23,6 +23,7 @@ from ..errors import DescriptionError, InvalidRequest
 from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
+from ..kernels.record_layout import EFFORT
 from ..validation import cached_property, checked_count, read_only
 from .discretised_robot import DiscretisedRobot
 from .load_arrays import load_arrays
@@ -210,6 +211,11 @@ class Robot(DiscretisedRobot):
         held = arrays.motor_index + np.array(self.held_motors, np.int64)
         unknowns = np.setdiff1d(arrays.inverse_unknowns, held)
         return arrays._replace(inverse_unknowns=unknowns)
+
+    @cached_property
+    def record_size(self) -> int:
+        """How many numbers the record of an equilibrium has, see `record_layout`."""
+        return self.state_size + EFFORT + self.motor_count
 
     @property
     def prepared(self) -> PreparedRobot:

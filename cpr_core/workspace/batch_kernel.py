@@ -99,7 +99,7 @@ def analyse_cells(problem, cells, work, analyses):
             scales = problem.forward_scales if forward else problem.inverse_scales
             # Counted on, not chosen by a condition, which takes all of the analysis 7 % longer.
             measures[FORWARD_MARGIN + number] = smallest_singular_value(
-                problem.robot, square, scales, rotation, work
+                problem.robot, square, scales, rotation, work, work.factors
             )
 
 

@@ -19,10 +19,13 @@ from cpr_core.kernels import (
     model_kernel,
 )
 from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED, NO_INVERSE
+from cpr_core.kernels.kept_factors import recalled
 from cpr_core.kernels.kernel_arrays import factors_of, workspace
+from cpr_core.kernels.lanes import load, store
 from cpr_core.kernels.lu_kernel import lu_factor, lu_solve
 from cpr_core.kernels.square_problem import SquareProblem
 from cpr_core.model.model_state import evaluate
+from cpr_core.numba_fence import njit
 from cpr_core.solving.load_robot import load_robot
 
 factor = entry(condensation_kernel.factor)
@@ -30,7 +33,7 @@ predict = entry(condensation_kernel.predict)
 rotation_unknowns = entry(condensation_kernel.rotation_unknowns)
 solve = entry(condensation_kernel.solve)
 solve_with_efforts = entry(linear_problem_kernel.solve_with_efforts)
-keep, recall = entry(kept_factors.keep), entry(kept_factors.recall)
+keep = entry(kept_factors.keep)
 tangent_into = entry(model_kernel.tangent_into)
 
 ROBOTS = ["rfrfr", "six_rfs"]
@@ -216,14 +219,27 @@ def test_predictions_are_those_of_numpy(robot, tangent, problem):
         assert_allclose(found[:size], expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
+@njit(_nrt=False)
+def copy_recalled(robot, kept, other):
+    """Factors as they are recalled, into others of their own."""
+    upper = recalled(robot, kept, other).upper
+    for number in range(upper.shape[0]):
+        for i in range(upper.shape[1]):
+            for j in range(upper.shape[2]):
+                store(other.upper, (number, i, j), load(upper, (number, i, j)))
+
+
+copy = entry(copy_recalled)
+
+
 def store_and_recall(arrays, factors, kept, other):
     keep(arrays, factors, kept)
-    recall(arrays, kept, other)
+    copy(arrays, kept, other)
     np.testing.assert_array_equal(factors.border, other.border)
     np.testing.assert_array_equal(factors.inverse["lane"], other.inverse["lane"])
     above = np.triu_indices(factors.upper.shape[1], 1, factors.upper.shape[2])  # L^T is unit
-    for stored, recalled in zip(factors.upper["lane"], other.upper["lane"], strict=True):
-        np.testing.assert_array_equal(stored[above], recalled[above])
+    for stored, found in zip(factors.upper["lane"], other.upper["lane"], strict=True):
+        np.testing.assert_array_equal(stored[above], found[above])
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
