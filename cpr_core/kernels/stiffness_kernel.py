@@ -61,7 +61,7 @@ def strain_block(robot, number, rod, length, work):
 def _multiply_pairs(robot, number, rod, c, d, first, work):
     """P Phi_d^T of one panel: of a component with itself half of P, to be mirrored.
 
-    Four rows of P and two modes at a time: a pair of nodes serves two modes, a mode four nodes.
+    Four rows of P at a time: more sums than that have no place in the registers.
     """
     component_start, zero = robot.rods[number, rod].component_start, broadcast(work.pairs, 0.0)
     start, count = component_start[d], component_start[d + 1] - component_start[d]
@@ -71,20 +71,13 @@ def _multiply_pairs(robot, number, rod, c, d, first, work):
         if c == d:
             _pairs_on_diagonal(robot, rod, c, j, work)
             end = j + 4
-        for mode in range(0, count, 2):  # the last of an odd number is its own partner
-            partner = min(mode + 1, count - 1)
-            function, partner_function = (
-                robot.function[number, start + mode],
-                robot.function[number, start + partner],
-            )
-            sums, partner_sums = (zero, zero, zero, zero), (zero, zero, zero, zero)
+        for mode in range(count):
+            function = robot.function[number, start + mode]
+            sums = (zero, zero, zero, zero)
             for k in range(first, end):
                 pairs = _load_four(work.pairs, k, 0)
                 sums = _add_four(sums, load(robot.functions, (number, function, k)), pairs)
-                phi = load(robot.functions, (number, partner_function, k))
-                partner_sums = _add_four(partner_sums, phi, pairs)
             _store_four(work.partial, mode, j, sums)
-            _store_four(work.partial, partner, j, partner_sums)
 
 
 @inlined
@@ -161,19 +154,15 @@ def _add_four(sums, factor, values):
 
 @inlined
 def _pairs_of_nodes(robot, rod, c, d, j, first, end, work):
-    """Four rows of P, from node j on, for the nodes from ``first`` up to ``end``; two at a time."""
+    """Four rows of P, from node j on, for the nodes from ``first`` up to ``end``."""
     frames, turned, integration = work.frames, work.turned, robot.integration
-    for row in range(0, 4, 2):
-        i, next_i = j + row, j + row + 1
-        d_i, next_d = load_vector(frames, (rod, c, i)), load_vector(frames, (rod, c, next_i))
-        t_i, next_t = load_vector(turned, (c, i)), load_vector(turned, (c, next_i))
+    for row in range(4):
+        i = j + row
+        d_i, t_i = load_vector(frames, (rod, c, i)), load_vector(turned, (c, i))
         for k in range(first, end):
             d_k, t_k = load_vector(frames, (rod, d, k)), load_vector(turned, (d, k))
             value = integration[i, k] * dot(d_i, t_k) + integration[k, i] * dot(d_k, t_i)
             store(work.pairs, (k, row), value)
-            value = integration[next_i, k] * dot(next_d, t_k)
-            value += integration[k, next_i] * dot(d_k, next_t)
-            store(work.pairs, (k, row + 1), value)
 
 
 @inlined
