@@ -234,7 +234,7 @@ class Workspace(NamedTuple):
     length_field: Lanes  # (K + 1, 3) its integral to the tip: what the length does to m
     stretched: Lanes  # (S,) K_e q_e
     geometric: Lanes  # (S, S) what loads take from the stiffness
-    pairs: Lanes  # (K, 4) four rows of P
+    pairs: Lanes  # (K, 2) two rows of P
     partial: Lanes  # (S, K) P times shape functions
     mode_turn: Lanes  # (S, 3) Theta_a where a panel begins
     mode_growth: Lanes  # (S, 3) what it grows by in the panel
@@ -338,7 +338,7 @@ def workspace(robot: RobotArrays) -> Workspace:
         length_field=empty(nodes + 1, 3),
         stretched=empty(strains),
         geometric=empty(strains, strains),
-        pairs=empty(nodes, 4),
+        pairs=empty(nodes, 2),
         partial=empty(strains, nodes),
         mode_turn=empty(strains, 3),
         mode_growth=empty(strains, 3),

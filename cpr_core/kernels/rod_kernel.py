@@ -108,6 +108,8 @@ def _rotation_of_any_angle(width, squared, work):
 def integrate_beyond(robot, values, result):
     """Integrals of a field of vectors over sigma, from every node to the tip.
 
+    Two nodes at a time: a value serves both.
+
     Args:
         robot: RobotArrays.
         values: At the nodes, lanes (K, 3).
@@ -120,11 +122,13 @@ def integrate_beyond(robot, values, result):
         whole = add_scaled(whole, weights[node], load_vector(values, node))
     store_vector(result, nodes, whole)
     for first in range(0, nodes, panel):
-        for node in range(first, first + panel):
-            beyond = whole
+        for node in range(first, first + panel, 2):
+            beyond, beyond_next = whole, whole
             for source in range(first, first + panel):
                 value = load_vector(values, source)
                 beyond = subtract_scaled(beyond, integration[source, node], value)
+                beyond_next = subtract_scaled(beyond_next, integration[source, node + 1], value)
             store_vector(result, node, beyond)
+            store_vector(result, node + 1, beyond_next)
         for source in range(first, first + panel):  # beyond a panel its whole integral counts
             whole = subtract_scaled(whole, weights[source], load_vector(values, source))

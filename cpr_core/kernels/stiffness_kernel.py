@@ -61,23 +61,34 @@ def strain_block(robot, number, rod, length, work):
 def _multiply_pairs(robot, number, rod, c, d, first, work):
     """P Phi_d^T of one panel: of a component with itself half of P, to be mirrored.
 
-    Four rows of P at a time: more sums than that have no place in the registers.
+    Two rows of P and two modes at a time: what is loaded serves twice, and four sums are as many as
+    registers hold where a vector of lanes takes two of them.
     """
     component_start, zero = robot.rods[number, rod].component_start, broadcast(work.pairs, 0.0)
     start, count = component_start[d], component_start[d + 1] - component_start[d]
     end = first + robot.panel_nodes
-    for j in range(first, first + robot.panel_nodes, 4):
+    for j in range(first, first + robot.panel_nodes, 2):
         _pairs_of_nodes(robot, rod, c, d, j, first, j if c == d else end, work)
         if c == d:
             _pairs_on_diagonal(robot, rod, c, j, work)
-            end = j + 4
-        for mode in range(count):
-            function = robot.function[number, start + mode]
-            sums = (zero, zero, zero, zero)
+            end = j + 2
+        for mode in range(0, count, 2):  # the last of an odd number is its own partner
+            partner = min(mode + 1, count - 1)
+            function, partner_function = (
+                robot.function[number, start + mode],
+                robot.function[number, start + partner],
+            )
+            corner, right, below, across = zero, zero, zero, zero
             for k in range(first, end):
-                pairs = _load_four(work.pairs, k, 0)
-                sums = _add_four(sums, load(robot.functions, (number, function, k)), pairs)
-            _store_four(work.partial, mode, j, sums)
+                phi = load(robot.functions, (number, function, k))
+                partner_phi = load(robot.functions, (number, partner_function, k))
+                value, next_value = load(work.pairs, (k, 0)), load(work.pairs, (k, 1))
+                corner, right = corner + phi * value, right + phi * next_value
+                below, across = below + partner_phi * value, across + partner_phi * next_value
+            store(work.partial, (mode, j), corner)
+            store(work.partial, (mode, j + 1), right)
+            store(work.partial, (partner, j), below)
+            store(work.partial, (partner, j + 1), across)
 
 
 @inlined
@@ -124,39 +135,10 @@ def _of_panels_before(work, first, slot, other_slot):
 
 
 @inlined
-def _load_four(array, row, first):
-    """Four neighbours in a row."""
-    return (
-        load(array, (row, first)),
-        load(array, (row, first + 1)),
-        load(array, (row, first + 2)),
-        load(array, (row, first + 3)),
-    )
-
-
-@inlined
-def _store_four(array, row, first, values):
-    store(array, (row, first), values[0])
-    store(array, (row, first + 1), values[1])
-    store(array, (row, first + 2), values[2])
-    store(array, (row, first + 3), values[3])
-
-
-@inlined
-def _add_four(sums, factor, values):
-    return (
-        sums[0] + factor * values[0],
-        sums[1] + factor * values[1],
-        sums[2] + factor * values[2],
-        sums[3] + factor * values[3],
-    )
-
-
-@inlined
 def _pairs_of_nodes(robot, rod, c, d, j, first, end, work):
-    """Four rows of P, from node j on, for the nodes from ``first`` up to ``end``."""
+    """Two rows of P, from node j on, for the nodes from ``first`` up to ``end``."""
     frames, turned, integration = work.frames, work.turned, robot.integration
-    for row in range(4):
+    for row in range(2):
         i = j + row
         d_i, t_i = load_vector(frames, (rod, c, i)), load_vector(turned, (c, i))
         for k in range(first, end):
@@ -168,9 +150,9 @@ def _pairs_of_nodes(robot, rod, c, d, j, first, end, work):
 @inlined
 def _pairs_on_diagonal(robot, rod, c, j, work):
     """The same where the rows meet their own nodes: I_jk d(j) . t(k), whose transpose is the rest."""
-    for row in range(4):
+    for row in range(2):
         direction = load_vector(work.frames, (rod, c, j + row))
-        for k in range(j, j + 4):
+        for k in range(j, j + 2):
             value = dot(direction, load_vector(work.turned, (c, k)))
             store(work.pairs, (k, row), robot.integration[j + row, k] * value)
 
