@@ -128,11 +128,6 @@ def _between(first: Floats, last: Floats, fraction: float) -> Floats:
     return last if fraction == 1.0 else first + fraction * (last - first)
 
 
-def _row_between(first: Floats, last: Floats, fraction: float) -> Floats:
-    """The same as a row in memory of its own, (1, n)."""
-    return (last if fraction == 1.0 else _between(first, last, fraction))[None].copy()
-
-
 @dataclass(frozen=True, eq=False)
 class MotorTarget:
     """Motor positions: the forward problem.
@@ -161,7 +156,7 @@ class MotorTarget:
         self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
     ) -> Floats:
         """The motors, (1, n)."""
-        return _row_between(start.motors, self.motors, fraction)
+        return _between(start.motors, self.motors, fraction)[None].copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +182,7 @@ class EffortTarget:
         self, start: Equilibrium, fraction: float = 1.0, near: Equilibrium | None = None
     ) -> Floats:
         """The efforts, (1, n)."""
-        return _row_between(start.efforts, self.efforts, fraction)
+        return _between(start.efforts, self.efforts, fraction)[None].copy()
 
 
 @dataclass(frozen=True, eq=False)
