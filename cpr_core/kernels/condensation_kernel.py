@@ -237,14 +237,15 @@ def factor(robot, rotation, problem, work, factors):
     Returns:
         CONDENSED or DELAYED, how it was done, or NO_INVERSE.
     """
-    rotation_unknowns(rotation, problem.angles, work.motions)
     condense(robot, work, factors)
-    return factors.status[0] if factor_border(robot, problem, work, factors) else NO_INVERSE
+    regular = factor_border(robot, rotation, problem, work, factors)
+    return factors.status[0] if regular else NO_INVERSE
 
 
 @inlined
-def factor_border(robot, problem, work, factors):
+def factor_border(robot, rotation, problem, work, factors):
     """Factor the part of the border a problem has, into the workspace; whether it has an inverse."""
+    rotation_unknowns(rotation, problem.angles, work.motions)
     inner, border, square = robot.platform_index, factors.border, work.square
     equations, unknowns, angles = problem.equations, problem.unknowns, problem.angles
     count, own = robot.border_indices.shape[0], equations.shape[0]
@@ -320,22 +321,23 @@ def substitute_border(robot, vector, work, factors):
 
 
 @part
-def predict(robot, problem, known, efforts, vector, work, factors):
+def predict(robot, rotation, problem, known, efforts, vector, work, factors):
     """Change of the unknowns, to first order, with what is imposed.
 
     Args:
         robot: RobotArrays.
+        rotation: Platform rotation at the start of the change, (3, 3).
         problem: SquareProblem.
         known: Imposed change of the border, world twist and motors, dimensionless; zero where unknown.
         efforts: Imposed change of the efforts, dimensionless, (motors,).
         vector: Result, legs first.
         work: Workspace.
-        factors: Of the tangent at the start of the change; its rotation unknowns are in the workspace.
+        factors: Of the tangent at the start of the change.
 
     Returns:
         Whether the problem has an inverse there.
     """
-    if not factor_border(robot, problem, work, factors):
+    if not factor_border(robot, rotation, problem, work, factors):
         return False
     border, count = work.border, robot.border_indices.shape[0]
     first_effort = count - efforts.shape[0]

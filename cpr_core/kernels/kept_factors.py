@@ -115,7 +115,7 @@ def recalled(robot, kept, factors):
     slots, groups = robot.slots, robot.groups.shape[0]
     factors.status[0] = kept_status(kept)
     begin = kept_border(slots, groups)
-    upper = kept[1:begin].reshape((groups, slots.inner_count, slots.total))
+    upper = kept[kept_row(slots, 0, 0) : begin].reshape((groups, slots.inner_count, slots.total))
     if factors.status[0] == CONDENSED:
         factors.delayed_count[0] = 0
         for number in range(groups):

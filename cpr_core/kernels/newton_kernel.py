@@ -12,7 +12,6 @@ from .condensation_kernel import (
     condense,
     factor_border,
     predict,
-    rotation_unknowns,
     solve,
     solve_inlined,
 )
@@ -171,14 +170,14 @@ def predict_state(robot, problem, configuration, factors, work):
         known[at - inner] = (motors[i] - state[at]) / robot.unit[at]
         efforts[i] = work.effort_change[i] * robot.unit[at] / robot.energy_unit
         state[at] = motors[i]
-    rotation_unknowns(rotation, problem.angles, work.motions)
+    predicted = factors.status[0] != UNKNOWN and predict(
+        robot, rotation, problem, known, efforts, work.step, work, factors
+    )
     for i in range(3):
         position[i] = to_position[i]
         for j in range(3):
             rotation[i, j] = work.given_rotation[i, j]
-    if factors.status[0] != UNKNOWN and predict(
-        robot, problem, known, efforts, work.step, work, factors
-    ):
+    if predicted:
         size, imposed = inner + problem.unknowns.shape[0], 0.0
         for i in range(known.shape[0]):
             imposed += known[i] * known[i]
@@ -312,8 +311,7 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         condense(robot, work, work.factors)
         if largest < tolerances.residual:
             return CONVERGED, count, largest, energy
-        rotation_unknowns(configuration.rotation, problem.angles, work.motions)
-        if not factor_border(robot, problem, work, work.factors):
+        if not factor_border(robot, configuration.rotation, problem, work, work.factors):
             return SINGULAR, count, largest, energy
         if count == tolerances.iterations:
             return STALLED, count, largest, energy

@@ -17,7 +17,6 @@ from .condensation_kernel import (
     factor,
     factor_border,
     reduce_legs,
-    rotation_unknowns,
 )
 from .kept_factors import kept_status, recalled
 from .kernel_decorators import inlined, kernel
@@ -126,8 +125,7 @@ def answer_rates(prepared, loads, problem, kept, record, rates, states, efforts)
     read_pose(robot, record, work)
     if kept_status(kept) == CONDENSED:
         factors = recalled(robot, kept, factors)
-        rotation_unknowns(work.rotation, square.angles, work.motions)
-        if not factor_border(robot, square, work, factors):
+        if not factor_border(robot, work.rotation, square, work, factors):
             return False
     else:
         evaluate(robot, loads, record[:size], work.rotation, work.position, work.residual, work)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from .condensation_kernel import factor_border, rotation_unknowns
+from .condensation_kernel import factor_border
 from .eigenvalue_kernel import largest_of_tridiagonal, last_entry
 from .kernel_arrays import LANCZOS_STEPS
 from .kernel_decorators import inlined, strict_part
@@ -49,8 +49,7 @@ def smallest_singular_value(robot, square, scales, rotation, work, factors):
     Returns:
         The value; 0 where the problem has no inverse, or Lanczos' method wants more steps.
     """
-    rotation_unknowns(rotation, square.angles, work.motions)
-    if not factor_border(robot, square, work, factors):
+    if not factor_border(robot, rotation, square, work, factors):
         return 0.0
     size = robot.platform_index + square.unknowns.shape[0]
     motors = robot.unit.shape[0] - robot.motor_index

@@ -30,7 +30,6 @@ from cpr_core.solving.load_robot import load_robot
 
 factor = entry(condensation_kernel.factor)
 predict = entry(condensation_kernel.predict)
-rotation_unknowns = entry(condensation_kernel.rotation_unknowns)
 solve = entry(condensation_kernel.solve)
 solve_with_efforts = entry(linear_problem_kernel.solve_with_efforts)
 keep = entry(kept_factors.keep)
@@ -212,9 +211,9 @@ def test_predictions_are_those_of_numpy(robot, tangent, problem):
         if used is factors:
             used.inverse["lane"][:] = 0.0
         found = np.empty(len(arrays.unit))
-        rotation_unknowns(np.eye(3), False, work.motions)
         efforts = np.zeros(robot.motor_count) if efforts is None else efforts
-        assert predict(arrays, square_problem(robot, problem), known, efforts, found, work, used)
+        square = square_problem(robot, problem)
+        assert predict(arrays, np.eye(3), square, known, efforts, found, work, used)
         size = len(expected)
         assert_allclose(found[:size], expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
