@@ -191,8 +191,12 @@ def _result(
     if not problem.settled:
         text = f"no least sum of squares is found with {TRIED} robots: these are the last values"
         doubts = [*doubts, text]
+    if not problem.weighed:
+        text = "the noise of what drives rows is so large that no estimate of it settles"
+        doubts = [*doubts, f"{text}: values and standard deviations are rough"]
     deviations = np.sqrt(np.diag(covariance))
     robot, start = equilibria[0].robot, np.abs(problem.values)
+    described = [row.without_noise for row in problem.rows]
     sizes = np.where(start > 0.0, start, problem.scales)
     doubts = [
         *doubts,
@@ -202,7 +206,7 @@ def _result(
         *strayed(problem, change, known.unseen),
         *border_doubts(robot, problem.paths, values, deviations, start),
         *kind_doubts(problem.rows, equilibria, determined),
-        *fit_doubts(problem.rows, problem.before, fit, freedom, problem.refused),
+        *fit_doubts(described, problem.before, fit, freedom, problem.refused),
     ]
     return CalibrationResult(
         robot=robot,

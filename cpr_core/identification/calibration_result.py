@@ -46,7 +46,8 @@ class CalibrationResult(ReadOnlyArrays):
         rows: How every measurement was compared.
         before: Equilibria of the rows with the parameters of the description; a tracker whose numbers
             were to be found is where it fits these.
-        after: Equilibria of the rows with the parameters found.
+        after: Equilibria of the rows with the parameters found; where what drives a row has a standard
+            deviation, without the noise that it seems to have.
     """
 
     robot: Robot
@@ -101,7 +102,7 @@ class CalibrationResult(ReadOnlyArrays):
         found: dict[str, list[Floats]] = {kind: [] for kind in KINDS}
         equilibria = self.after if calibrated else self.before
         for row, equilibrium in zip(self.rows, equilibria, strict=True):
-            each = row.differences(equilibrium)
+            each = (row if calibrated else row.without_noise).differences(equilibrium)
             for kind, parts in found.items():
                 parts.append(each[row.kinds == kind])
         return {

@@ -10,7 +10,7 @@ A pose is compared in the frame it was measured in.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -48,6 +48,10 @@ class ComparedRow(ReadOnlyArrays):
         places: What is compared, of all that may be, (K,).
         kinds: Of which kind that is, (K,).
         deviations: Of these, without what the drive adds, (K,) [m, rad, ...].
+        driving: What drives it, of all that may be compared, (D,).
+        by_drive: How what is compared follows the noise of these in their standard deviations, (K, D).
+        noise: What this noise is taken for, in these standard deviations, (D,): the equilibrium of the
+            row is the one without it.
         weights: Makes of differences numbers of unit variance that are independent, (K, K).
     """
 
@@ -56,12 +60,25 @@ class ComparedRow(ReadOnlyArrays):
     places: Integers
     kinds: NDArray[np.str_]
     deviations: Floats
+    driving: Integers
+    by_drive: Floats
+    noise: Floats
     weights: Floats
 
+    @property
+    def without_noise(self) -> ComparedRow:
+        """The same row where what drives it is taken as it was measured."""
+        return replace(self, noise=np.zeros_like(self.noise))
+
     def differences(self, equilibrium: Equilibrium) -> Floats:
-        """Predicted minus measured, (K,) [m, rad in the frame of the pose, motors, efforts]."""
+        """Predicted minus measured, (K,) [m, rad in the frame of the pose, motors, efforts].
+
+        Predicted from what was measured of the drive: what its noise adds is added, to first order.
+        """
         predicted = predicted_numbers(self.measurement, equilibrium)
-        return (predicted - measured_numbers(equilibrium.robot, self.measurement))[self.places]
+        apart = predicted - measured_numbers(equilibrium.robot, self.measurement)
+        found: Floats = apart[self.places] + self.by_drive @ self.noise
+        return found
 
     def residual(self, equilibrium: Equilibrium) -> Floats:
         """Differences in standard deviations, (K,)."""
@@ -125,12 +142,21 @@ def predicted_numbers(measurement: Measurement, equilibrium: Equilibrium) -> Flo
 
 
 def compared_row(
-    measurement: Measurement, equilibrium: Equilibrium, deviations: StandardDeviations
+    measurement: Measurement,
+    equilibrium: Equilibrium,
+    deviations: StandardDeviations,
+    noise: Floats | None = None,
 ) -> ComparedRow:
     """How a measurement is compared, with weights as they are at an equilibrium.
 
     Where what drives the row has a standard deviation, it adds to those of what follows, to first order:
     then what is compared is correlated.
+
+    Args:
+        measurement: The measurement.
+        equilibrium: Driven by it, less the noise.
+        deviations: Of all measurements.
+        noise: Of what drives it, in standard deviations, (D,); default none.
 
     Raises:
         InvalidRequest: A standard deviation that is needed is not given.
@@ -147,16 +173,27 @@ def compared_row(
         driving[OF_TWIST[robot.controlled_axes]] = True
     places = np.flatnonzero(measured & ~driving)
     each = np.array([deviations.of(kind) for kind in kinds[places]])
-    own = [getattr(deviations, kind) or 0.0 for kind in kinds[driving]]
-    if not any(own):
-        return ComparedRow(measurement, problem, places, kinds[places], each, np.diag(1.0 / each))
-    moved = _moved_by_drive(equilibrium, driving)
-    if measurement.frame == "tracker":
-        moved[POSE] = tracker_rates(equilibrium, (), moved[POSE])
-    moved = moved[places] * own
-    lower = scipy.linalg.cholesky(np.diag(each**2) + moved @ moved.T, lower=True)
-    weights = scipy.linalg.solve_triangular(lower, np.eye(len(places)), lower=True)
-    return ComparedRow(measurement, problem, places, kinds[places], each, weights)
+    own = np.array([getattr(deviations, kind) or 0.0 for kind in kinds[driving]])
+    if own.any():
+        moved = _moved_by_drive(equilibrium, driving)
+        if measurement.frame == "tracker":
+            moved[POSE] = tracker_rates(equilibrium, (), moved[POSE])
+        by_drive = moved[places] * own
+        lower = scipy.linalg.cholesky(np.diag(each**2) + by_drive @ by_drive.T, lower=True)
+        weights = scipy.linalg.solve_triangular(lower, np.eye(len(places)), lower=True)
+    else:
+        by_drive, weights = np.zeros((len(places), len(own))), np.diag(1.0 / each)
+    return ComparedRow(
+        measurement=measurement,
+        problem=problem,
+        places=places,
+        kinds=kinds[places],
+        deviations=each,
+        driving=np.flatnonzero(driving),
+        by_drive=by_drive,
+        noise=np.zeros(len(own)) if noise is None else noise,
+        weights=weights,
+    )
 
 
 def _moved_by_drive(equilibrium: Equilibrium, driving: NDArray[np.bool_]) -> Floats:

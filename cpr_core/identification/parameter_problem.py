@@ -20,9 +20,11 @@ from ..model.equilibrium import Equilibrium
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot
 from ..solving.not_reached import NotReached
-from .compared import ComparedRow, compared_row
+from .compared import ComparedRow
+from .drive_noise import weighed_at
 from .measured_equilibria import followed
 from .measurements import StandardDeviations
+from .mixed_steps import MixedSteps
 from .robust_loss import Loss, loss_width
 from .tracker_rates import tracker_unit
 from .tried_robot import tried_robot
@@ -51,8 +53,11 @@ _SAME = 1e-2
 _ALONE = 1e-3
 #: Robots that are tried at most, by one loss.
 TRIED = 60
-#: Times that rows are weighed at the answer: the robot may be far from the one that was described.
-_WEIGHINGS = 6
+#: Times that rows are weighed at the answer: the robot may be far from the one that was described, and
+#: what drives a row far from what was measured of it.
+_WEIGHINGS = 20
+#: Steps from one weighing to the next that say where the next one leads.
+_MEMORY = 3
 #: Times that a descent is begun again: what is not determined may be other directions at the answer, and
 #: measurements may turn out to be more exact than they are said to be.
 _ROUNDS = 3
@@ -98,6 +103,7 @@ class ParameterProblem:
         before: Equilibria of the rows.
         tell: Called with the fraction of what is to be done, roughly.
         settled: Whether the last descent came to its end.
+        weighed: Whether the rows are weighed as they are at the answer, with what their drives were.
         refused: Why there was no robot where the descents went, if so.
     """
 
@@ -117,7 +123,7 @@ class ParameterProblem:
         self._problems: list[ProblemName] = [row.problem for row in self.rows]
         self._robots = 0
         self._each_alone = False  # as far as is known
-        self.settled, self.refused = True, ""
+        self.settled, self.weighed, self.refused = True, True, ""
         self._rates: tuple[Floats, Floats] | None = None
 
     @property
@@ -199,13 +205,18 @@ class ParameterProblem:
         self._rates = change.copy(), found
         return found
 
-    def weigh(self, change: Floats) -> bool:
-        """Weigh the rows with what their drives do to that robot; whether they had these weights."""
+    def weigh(self, change: Floats, loss: Loss) -> bool:
+        """Weigh the rows with what the noise of their drives does to that robot, and with what it was.
+
+        Returns:
+            Whether that is nothing new.
+        """
         pairs = zip(self.rows, self.equilibria(change), strict=True)
-        rows = tuple(compared_row(row.measurement, at, self.deviations) for row, at in pairs)
-        if all(own.weighs_as(row) for own, row in zip(self.rows, rows, strict=True)):
+        weighed = [weighed_at(row, at, self.deviations, loss) for row, at in pairs]
+        if all(same for _, _, same in weighed):
             return True
-        self.rows, self._rates = rows, None
+        self.rows = tuple(row for row, _, _ in weighed)
+        self._kept, self._rates = [(change.copy(), [at for _, at, _ in weighed])], None
         return False
 
     def unseen(self, change: Floats) -> Floats:
@@ -226,11 +237,23 @@ def solution(problem: ParameterProblem, limits: Floats, loss: Loss) -> Floats:
         if easier == "linear" and np.median(np.abs(problem.residual(change))) < _NEAR:
             continue  # squares would lead away from there, if some rows are grossly wrong
         change = _descended(problem, change, limits, easier)
+    bounds, steps = (limits - problem.values) / problem.scales, MixedSteps(_MEMORY)
     for _ in range(_WEIGHINGS):
-        change = _descended(problem, change, limits, loss)
-        if not problem.settled or problem.weigh(change):
-            break
-    return change
+        found = _descended(problem, change, limits, loss)
+        if not problem.settled:
+            return found
+        # Answers may go to and fro between weights: by steps mixed with those before they do not.
+        step = steps.mixed(change, found - change, found - change)
+        try:
+            change = np.clip(change + step, *bounds)
+            same = problem.weigh(change, loss)
+        except (DescriptionError, NotReached):  # there is no such robot: of this one there is
+            change = found
+            same = problem.weigh(change, loss)
+        if same:
+            return found
+    problem.weighed = False
+    return found
 
 
 def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: Loss) -> Floats:

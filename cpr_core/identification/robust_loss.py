@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..validation import checked_word
 
-__all__ = ["Loss", "checked_loss", "loss_width", "variance_factor"]
+__all__ = ["Loss", "checked_loss", "loss_width", "pull", "variance_factor"]
 
 Floats = NDArray[np.float64]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
@@ -53,11 +53,11 @@ def variance_factor(loss: Loss, residuals: Floats, unknowns: int) -> float:
     stated, count = _stated_factor(loss), len(residuals)
     if count <= unknowns:  # nothing is left of the residuals, with outliers among them or not
         return stated
-    pull, slope = _pull(loss, residuals), _slope(loss, residuals)
+    pulls, slope = pull(loss, residuals), _slope(loss, residuals)
     mean = max(float(slope.mean()), 1.0 / count)  # where all are outliers, as if one was none
     # Huber, Robust Statistics (1981), 7.6: residuals are less than noise, as parameters follow it.
     fewer = 1.0 + unknowns / count * float(slope.var()) / mean**2
-    return max(stated, fewer**2 * float(pull @ pull) / (count - unknowns) / mean**2)
+    return max(stated, fewer**2 * float(pulls @ pulls) / (count - unknowns) / mean**2)
 
 
 @cache
@@ -65,13 +65,15 @@ def _stated_factor(loss: Loss) -> float:
     """The same of noise that is normal with the stated deviations, by quadrature."""
     noise, step = np.linspace(-10.0, 10.0, 4001, retstep=True)
     density = step * np.exp(-0.5 * noise**2) / math.sqrt(2.0 * math.pi)
-    pull = _pull(loss, noise)
-    slope = density @ (noise * pull)  # E[psi'], by parts
-    return float(density @ pull**2 / slope**2)
+    pulls = pull(loss, noise)
+    slope = density @ (noise * pulls)  # E[psi'], by parts
+    return float(density @ pulls**2 / slope**2)
 
 
-def _pull(loss: Loss, residuals: Floats) -> Floats:
-    """How the loss pulls at residuals in standard deviations, psi, (M,)."""
+def pull(loss: Loss, residuals: Floats) -> Floats:
+    """How a loss pulls at residuals in standard deviations, psi, (M,): squares by what they are."""
+    if loss == "linear":
+        return residuals
     width = _WIDTHS[loss]
     away = residuals / width
     if loss == "huber":
