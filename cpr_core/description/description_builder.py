@@ -31,7 +31,7 @@ from .joints import JOINTS, Joint
 from .leg_description import LegDescription, described_motors
 from .loads import DistributedForce, Loads, PointForce
 from .motors import MOTORS, UNDRIVEN, Drive, Motor, Welded
-from .plausibility import check_inertia, check_places, check_tolerance, check_ways
+from .plausibility import check_gravity, check_inertia, check_places, check_tolerance, check_ways
 from .plausible_rods import check_slender
 from .robot_description import RobotDescription
 from .tracker import Tracker
@@ -97,6 +97,7 @@ def described_robot(
     )
     _check_controlled(part, description)
     check_places(part, description)
+    check_gravity(part, description)
     check_slender(part, description)
     check_tolerance(part, description)
     check_inertia(part, description)

@@ -63,8 +63,8 @@ def doubtful_lead(unit: str, moves: str, ratio: float, length: float) -> bool:
 
 
 def reach_of(description: RobotDescription) -> tuple[float, Floats]:
-    """Longest rod [m], and the middle of the bases (3,) [m]."""
-    middle = np.mean([leg.base_position for leg in description.legs], axis=0)
+    """Longest rod [m], and the middle of the bases (3,) [m]; a few that are far away do not move it."""
+    middle = np.median([leg.base_position for leg in description.legs], axis=0)
     return description.longest_rod, middle
 
 

@@ -30,6 +30,7 @@ from .other_units import (
 from .robot_description import RobotDescription
 
 __all__ = [
+    "check_gravity",
     "check_home_joints",
     "check_home_motors",
     "check_inertia",
@@ -48,6 +49,8 @@ _LONGEST = 100.0
 _SMALLEST_RANGE = 1e-3
 #: Smallest speed behind a gear that is believed [rad/s, rod lengths/s]: honest screws make a thousandth.
 _SLOWEST = 1e-4
+#: Largest gravity that is believed [m/s^2]: a hundred times that of the earth.
+_HEAVIEST = 1e3
 #: How far apart the tips on a point may be [rod lengths]: parameters may be a little off.
 _APART = 0.05
 #: Modes are chosen for a smaller error of the platform than this [rod lengths].
@@ -131,6 +134,13 @@ def check_link(part: Part, link: Link, length: float) -> None:
         if size > FAR * length:
             part.warn(name, f"{size:g} m, more than {FAR:g} rod lengths: {MILLIMETRES}?")
             return
+
+
+def check_gravity(part: Part, description: RobotDescription) -> None:
+    """Whether gravity is in m/s^2."""
+    size = math.hypot(*description.gravity)
+    if size > _HEAVIEST:
+        part.warn("gravity", f"{size:g}: looks like mm/s^2, expected m/s^2")
 
 
 def check_inertia(part: Part, description: RobotDescription) -> None:

@@ -47,4 +47,6 @@ def load_robot(robot: str | Path | Mapping[str, Any], modes: int | None = None) 
     except DescriptionError:
         raise
     except CprError as error:
-        raise DescriptionError(description.source, "strain.tolerance", str(error)) from error
+        text, at_home = str(error), f"{description.source}: home: "
+        field = "home" if text.startswith(at_home) else "strain.tolerance"
+        raise DescriptionError(description.source, field, text.removeprefix(at_home)) from error

@@ -75,7 +75,7 @@ def _kind(path: Path, low: Point, high: Point) -> tuple[EventKind | None, str]:
     limit = limit_passed(low, high)
     if limit is not None:
         return limit.kind, str(limit_error(high.equilibrium, limit))
-    change = f"index {low.index} -> {high.index}"
+    change = f"index {low.index}" + (f" -> {high.index}" if high.index != low.index else "")
     if low.forward != high.forward:
         return "fold", f"the branch turns back ({change})"
     if low.side != high.side:

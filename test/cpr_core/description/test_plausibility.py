@@ -91,7 +91,7 @@ def test_what_cannot_be_a_rod_is_refused(path, value, field, says):
         (
             ("legs", 1, "base", "position"),
             [-100.0, 173.0, 0.0],
-            rf"base.position .*: {MILLIMETRES}",
+            rf"legs\[1\].base.position: more than .*: {MILLIMETRES}",
         ),
         (("legs", 2, "tip", "position"), [-50.0, -86.0, 0.0], rf"legs\[2\].tip.*{MILLIMETRES}"),
         (
@@ -161,6 +161,29 @@ def test_the_zero_of_a_motor_in_degrees_is_said():
     content = shipped_content("three_rfs")
     content["legs"][1]["motor"]["offset"] = -270
     with pytest.warns(DescriptionWarning, match=rf"legs\[1\]\.motor\.offset: -270: {DEGREES}"):
+        read_description(content)
+
+
+def test_one_base_in_millimetres_is_named_alone():
+    """It moves the mean of all bases so far that every one of them, and home, seemed far away."""
+    content = shipped_content("six_rfs")
+    put(content, ("legs", 2, "base", "position"), [80.0, 0.0, 0.0])
+    with pytest.warns(DescriptionWarning, match="far|away") as warned:
+        read_description(content)
+    (text,) = [str(warning.message) for warning in warned if "away" in str(warning.message)]
+    assert f"legs[2].base.position: more than 10 rod lengths away: {MILLIMETRES}" in text
+
+
+def test_gravity_in_millimetres_is_said():
+    content = shipped_content("six_rfs")
+    put(content, ("gravity",), [0.0, 0.0, -9810.0])
+    with pytest.warns(
+        DescriptionWarning, match=r"gravity: 9810: looks like mm/s\^2, expected m/s\^2"
+    ):
+        read_description(content)
+    put(content, ("gravity",), [0.0, 0.0, -981.0])  # in a centrifuge
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
         read_description(content)
 
 

@@ -294,6 +294,16 @@ def test_what_cannot_be_met_says_how_near_it_comes():
     assert caught.value.field == "strain.tolerance"
 
 
+def test_a_robot_without_a_home_is_not_told_that_its_tolerance_is_wrong():
+    content = shipped_content("rfrfr")
+    content["strain"] = {"tolerance": 1e-5}
+    content["legs"][1]["base"]["position"] = [5.0, 0.0, 0.0]
+    with pytest.raises(DescriptionError, match="cannot be assembled") as caught:
+        load_robot(content)
+    assert caught.value.field == "home"
+    assert str(caught.value).count("rfrfr") == str(caught.value).count("home") == 1
+
+
 def test_bad_questions_are_refused():
     robot = load_robot("rfrfr")
     for tolerance in (0.0, -1e-5, 1e-10, "1e-5", np.nan):
