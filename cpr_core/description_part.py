@@ -152,7 +152,9 @@ class Part:
         elif default is not None:
             normal = default
         else:
-            raise self.fail("", "missing field 'normal'")
+            raise self.fail(
+                "", "missing field 'normal', direction of d2: how it is turned about its tangent"
+            )
         normal = normal - (normal @ tangent) * tangent
         normal = normal / math.sqrt(normal @ normal)
         (a, b, c), (x, y, z) = tangent.tolist(), normal.tolist()

@@ -194,7 +194,7 @@ WRONG = {
         ["legs", 0, "base"],
         {"position": [0, 0, 0], "tangent": [1, 0, 0]},
         "legs[0].base",
-        "missing field 'normal'",
+        "missing field 'normal', direction of d2",
     ),
     "strain of home for two rods": (
         "three_rfr_hubs",
