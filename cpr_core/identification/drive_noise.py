@@ -26,6 +26,8 @@ __all__ = ["weighed_at"]
 
 #: Change of what is compared, in standard deviations, that is none.
 _SAME = 1e-3
+#: Largest noise of a drive, in standard deviations: what would be more is a mistake, which is not followed.
+_LARGEST = 4.0
 
 Floats = NDArray[np.float64]
 
@@ -48,6 +50,7 @@ def weighed_at(
         return row, equilibrium, True
     fresh, reached = compared_row(row.measurement, equilibrium, deviations, row.noise), equilibrium
     noise = fresh.by_drive.T @ fresh.weights.T @ pull(loss, fresh.residual(equilibrium))
+    noise = noise * (_LARGEST / max(_LARGEST, float(np.abs(noise).max())))
     drive = _drive_without(equilibrium.robot, row, noise, deviations)
     try:
         reached = solve_from(equilibrium, row.problem, drive)
