@@ -26,7 +26,7 @@ __all__ = ["weighed_at"]
 
 #: Change of what is compared, in standard deviations, that is none.
 _SAME = 1e-3
-#: Largest noise of a drive, in standard deviations: what would be more is a mistake, which is not followed.
+#: Largest noise of a drive, in standard deviations: more is a mistake, which is not followed.
 _LARGEST = 4.0
 
 Floats = NDArray[np.float64]

@@ -134,3 +134,19 @@ def test_it_is_found_as_if_it_was_among_the_unknowns(robot, places, problem):
         assert np.abs((found.values - expected) / exact).max() < 0.01
         assert found.standard_deviations == pytest.approx(exact, rel=5e-3)
         assert not any("settles" in doubt for doubt in found.doubts)
+
+
+@pytest.mark.filterwarnings("ignore:residuals are")
+@pytest.mark.parametrize("problem", CASES)
+def test_a_mistake_is_not_taken_for_noise(robot, places, problem):
+    """Followed to where it would be noise it led squares to a fit of 42, ten times as far off."""
+    _, row, deviations = CASES[problem]
+    measured = noisy(places, problem, np.random.default_rng(3))
+    drive, values = measured[4]
+    measured[4] = drive, values + 60.0 * np.array(OF_VALUES[problem])
+    rows = [row(*pair, at.loads) for pair, at in zip(measured, places, strict=True)]
+    squares = calibrate(robot, rows, PATHS, deviations)
+    found = calibrate(robot, rows, PATHS, deviations, loss="cauchy")
+    for compared in (*squares.rows, *found.rows):
+        assert np.abs(compared.noise).max() <= 4.0 + 1e-12
+    assert np.abs((found.values - TRUTH) / found.standard_deviations).max() < 3.0
