@@ -196,7 +196,7 @@ def _result(
         doubts = [*doubts, f"{text}: values and standard deviations are rough"]
     deviations = np.sqrt(np.diag(covariance))
     robot, start = equilibria[0].robot, np.abs(problem.values)
-    described = [row.without_noise for row in problem.rows]
+    described = [row.as_measured() for row in problem.rows]
     sizes = np.where(start > 0.0, start, problem.scales)
     doubts = [
         *doubts,

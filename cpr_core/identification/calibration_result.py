@@ -102,7 +102,7 @@ class CalibrationResult(ReadOnlyArrays):
         found: dict[str, list[Floats]] = {kind: [] for kind in KINDS}
         equilibria = self.after if calibrated else self.before
         for row, equilibrium in zip(self.rows, equilibria, strict=True):
-            each = (row if calibrated else row.without_noise).differences(equilibrium)
+            each = (row if calibrated else row.as_measured()).differences(equilibrium)
             for kind, parts in found.items():
                 parts.append(each[row.kinds == kind])
         return {

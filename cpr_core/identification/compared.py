@@ -65,8 +65,7 @@ class ComparedRow(ReadOnlyArrays):
     noise: Floats
     weights: Floats
 
-    @property
-    def without_noise(self) -> ComparedRow:
+    def as_measured(self) -> ComparedRow:
         """The same row where what drives it is taken as it was measured."""
         return replace(self, noise=np.zeros_like(self.noise))
 
