@@ -49,6 +49,7 @@ class ComparedRow(ReadOnlyArrays):
         kinds: Of which kind that is, (K,).
         deviations: Of these, without what the drive adds, (K,) [m, rad, ...].
         driving: What drives it, of all that may be compared, (D,).
+        drive_deviations: Of these, 0 where they are exact, (D,) [m, rad, ...].
         by_drive: How what is compared follows the noise of these in their standard deviations, (K, D).
         noise: What this noise is taken for, in these standard deviations, (D,): the equilibrium of the
             row is the one without it.
@@ -61,6 +62,7 @@ class ComparedRow(ReadOnlyArrays):
     kinds: NDArray[np.str_]
     deviations: Floats
     driving: Integers
+    drive_deviations: Floats
     by_drive: Floats
     noise: Floats
     weights: Floats
@@ -189,6 +191,7 @@ def compared_row(
         kinds=kinds[places],
         deviations=each,
         driving=np.flatnonzero(driving),
+        drive_deviations=own,
         by_drive=by_drive,
         noise=np.zeros(len(own)) if noise is None else noise,
         weights=weights,

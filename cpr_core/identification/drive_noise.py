@@ -51,7 +51,7 @@ def weighed_at(
     fresh, reached = compared_row(row.measurement, equilibrium, deviations, row.noise), equilibrium
     noise = fresh.by_drive.T @ fresh.weights.T @ pull(loss, fresh.residual(equilibrium))
     noise = noise * (_LARGEST / max(_LARGEST, float(np.abs(noise).max())))
-    drive = _drive_without(equilibrium.robot, row, noise, deviations)
+    drive = _drive_without(equilibrium.robot, row, noise)
     try:
         reached = solve_from(equilibrium, row.problem, drive)
         fresh = compared_row(row.measurement, reached, deviations, noise)
@@ -62,14 +62,11 @@ def weighed_at(
     return fresh, reached, same
 
 
-def _drive_without(
-    robot: Robot, row: ComparedRow, noise: Floats, deviations: StandardDeviations
-) -> Floats:
+def _drive_without(robot: Robot, row: ComparedRow, noise: Floats) -> Floats:
     """What drives a row less a noise in standard deviations, (D,), as a request has it."""
     measured, kinds = row.measurement, kinds_of(robot)
     whole = np.zeros(len(kinds))
-    own = [getattr(deviations, kind) or 0.0 for kind in kinds[row.driving]]
-    whole[row.driving] = own * noise
+    whole[row.driving] = row.drive_deviations * noise
     if row.problem != "pose":
         drive: Floats = getattr(measured, row.problem) - whole[kinds == row.problem]
         return drive
