@@ -76,10 +76,6 @@ def compile_kernels() -> Iterator[str]:
     yield "maps"
     derivatives(home, "legs[0].base.position[0]")
     yield "derivatives"
-    from .reference.continuous_rods import solve_continuous
-
-    solve_continuous(home)
-    yield "continuous rods"
 
 
 def kernel_names() -> tuple[str, ...]:

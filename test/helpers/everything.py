@@ -8,8 +8,6 @@ import json
 import cpr_core
 from cpr_core.kernel_warmup import watch_compilation
 from cpr_core.description.description_file import shipped_robots
-from cpr_core.reference.continuous_rods import solve_continuous
-from cpr_core.reference.morse_index import morse_index
 compiled = []
 solvers = {
     "motors": cpr_core.solve_forward,
@@ -29,7 +27,5 @@ with watch_compilation(compiled.append):
         cpr_core.leg_shapes(home)
         cpr_core.bending_strains(home)
         cpr_core.derivatives(home, "legs[0].base.position[0]")
-        if name in ("rfrfr", "six_rfs"):
-            morse_index(solve_continuous(home))
 print(json.dumps(compiled))
 """
