@@ -53,6 +53,8 @@ def watch_compilation(begun: Callable[[str], None]) -> Iterator[None]:
 def compile_kernels() -> Iterator[str]:
     """Compile every kernel that is not on disk yet; yields what can be used from then on.
 
+    References are left out: they take long to compile, and few compare with them.
+
     Kernels know every robot as arrays of the same types: what one robot needs is what all need.
     """
     robot = load_robot("rfrfr", modes=2)

@@ -50,7 +50,7 @@ def _tell_once(function: Callable[..., Any]) -> None:
     _told.append(function.__name__)
     logging.getLogger(_PACKAGE).warning(
         "%s: compiling kernels, once after an installation or an upgrade (one or two minutes; "
-        "`cpr compile` does it ahead)",
+        "`cpr compile` does it ahead, but for those of cpr_core.reference)",
         _PACKAGE,
     )
 
