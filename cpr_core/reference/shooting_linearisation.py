@@ -109,7 +109,7 @@ def linear_memory(robot):
     )
 
 
-@reference_part
+@reference
 def linearise(robot, state, linear):
     """Linearise at a state; returns the largest gap or imbalance."""
     legs, free = len(robot.length), len(robot.axes)
