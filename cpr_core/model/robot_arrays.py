@@ -97,7 +97,7 @@ def _found_values(rod: Rod, modes: StrainModes, grid: RodGrid) -> _RodValues:
     stiffness, rest = rod.stiffness(modes, grid), rod.rest_strain(modes)
     rest_moment, steps = stiffness @ rest, None
     if not modes.hold(rod.rest_curvature):
-        steps = np.swapaxes(rod.rest_beyond_steps(modes, grid), 1, 2)
+        steps = np.swapaxes(rod.rest_beyond_steps(modes, grid.step_points), 1, 2)
     return _RodValues(
         functions, step_functions, stiffness, rest_moment, float(rest @ rest_moment), steps
     )

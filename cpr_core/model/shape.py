@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..description.joints import JOINTS
 from ..description.leg_description import LegDescription
 from ..kernels.rotation_kernel import rotation_steps
 from ..lie import rotations_exp
-from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, rod_grid
+from ..rods.quadrature import MAGNUS_WEIGHTS, RodGrid, integration_to, steps_to
 from ..rods.rod import StrainModes
 from ..validation import ReadOnlyArrays, checked_count
 from .equilibrium import Equilibrium, check_equilibrium
@@ -57,11 +57,8 @@ class JointPlace(ReadOnlyArrays):
     position: Floats
 
 
-#: Fewest points of a rod, along which its frames are integrated: of 4, tips miss the platform by
-#: centimetres, of these by some ten nanometres in shipped robots.
-_FEWEST_POINTS = 12
-#: Most points of a rod: the time for them grows with their third power.
-_MOST_POINTS = 1000
+#: Points of a rod: its ends at least, and no more than anybody draws.
+_FEWEST_POINTS, _MOST_POINTS = 2, 1000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,7 +104,8 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
 
     Args:
         equilibrium: Where.
-        points: Points of a rod, both ends included, from 12 to 1000.
+        points: Points of a rod, evenly spaced, both ends included, from 2 to 1000. How accurate they are
+            does not depend on how many there are.
 
     Raises:
         InvalidRequest: No equilibrium; too few points or too many, or no whole number of them.
@@ -119,22 +117,23 @@ def leg_shapes(equilibrium: Equilibrium, points: int = 32) -> tuple[LegShape, ..
 
 def state_shapes(robot: Robot, state: Floats, points: int = 32) -> tuple[LegShape, ...]:
     """Shape of every leg in any state (N,), in equilibrium or not; then tips miss the platform."""
-    rods, shapes = _rods_from_identity(robot, state, points), []
+    sampling, shapes = _sampling(robot.grid, points), []
+    rods = _rods_from_identity(robot, state, sampling)
     curvatures = [
-        _sampled(rod.element.modes, points).values @ state[rod.strain] / rod.stretch(state)
-        + _at_rest_beyond(rod.element, points).values
+        _sampled(rod.element.modes, sampling).values @ state[rod.strain] / rod.stretch(state)
+        + _at_rest_beyond(rod.element, sampling).values
         for rod in robot.numbers.rods
     ]
     for number, leg in enumerate(robot.description.legs):
         poses, count = _element_poses(robot, number, state, rods)
-        shapes.append(_along(leg, poses, rods[:count], curvatures[:count], points))
+        shapes.append(_along(leg, poses, rods[:count], curvatures[:count]))
         rods, curvatures = rods[count:], curvatures[count:]
     return tuple(shapes)
 
 
 def tip_poses(robot: Robot, state: Floats) -> tuple[Pose, ...]:
     """Tips of the legs in the world in any state (N,), in equilibrium or not."""
-    rods, tips = _rods_from_identity(robot, state, 16), []
+    rods, tips = _rods_from_identity(robot, state, _sampling(robot.grid, _FEWEST_POINTS)), []
     for number in range(len(robot.description.legs)):
         poses, own = _element_poses(robot, number, state, rods)
         tips.append(poses[-1])
@@ -144,7 +143,7 @@ def tip_poses(robot: Robot, state: Floats) -> tuple[Pose, ...]:
 
 def rod_bases(robot: Robot, state: Floats) -> tuple[tuple[Pose, ...], ...]:
     """Where the rods of every leg begin in any state (N,)."""
-    rods = _rods_from_identity(robot, state, 16)
+    rods = _rods_from_identity(robot, state, _sampling(robot.grid, _FEWEST_POINTS))
     found = []
     for number, leg in enumerate(robot.description.legs):
         poses, own = _element_poses(robot, number, state, rods)
@@ -185,10 +184,9 @@ def _along(
     poses: list[Pose],
     rods: list[_RodShape],
     curvatures: list[Floats],
-    points: int,
 ) -> LegShape:
     """Points of the elements of a chain, one after the other; turns add none."""
-    chain, sigma = leg.chain, _places(points)
+    chain = leg.chain
     parts, way, number = [], 0.0, 0
     pieces = [element for element in chain if element.adds_point]
     if not pieces or not isinstance(pieces[0], ChainRod):
@@ -198,11 +196,11 @@ def _along(
             shape = rods[number]
             parts.append(
                 LegShape(
-                    arc_length=way + shape.length * sigma,
+                    arc_length=way + shape.length * np.linspace(0.0, 1.0, len(shape.position)),
                     position=start.position + shape.position @ start.rotation.T,
                     rotation=start.rotation @ shape.rotation,
                     curvature=curvatures[number],
-                    rod=np.full(points, number),
+                    rod=np.full(len(shape.position), number),
                 )
             )
             way, number = way + shape.length, number + 1
@@ -254,26 +252,28 @@ def _element_poses(
     return poses, count
 
 
-def _rods_from_identity(robot: Robot, state: Floats, points: int) -> list[_RodShape]:
+def _rods_from_identity(robot: Robot, state: Floats, sampling: _Sampling) -> list[_RodShape]:
     """All rods at once, step by step."""
-    rods, steps = list(robot.numbers.rods), _grid(points).steps
+    rods, steps = list(robot.numbers.rods), sampling.steps
     moments = np.empty((len(rods), len(steps), 3, 3))
     for alike in robot.numbers.alike_rods:
-        step_moments = _sampled(alike.modes, points).step_moments
+        step_moments = _sampled(alike.modes, sampling).step_moments
         found = state[alike.strain] @ step_moments.reshape(len(step_moments), -1)
         moments[alike.numbers] = found.reshape(-1, len(steps), 3, 3)
     for number, rod in enumerate(rods):
         if not rod.element.modes.hold(rod.element.rod.rest_curvature):
-            moments[number] += _at_rest_beyond(rod.element, points).step_moments
+            moments[number] += _at_rest_beyond(rod.element, sampling).step_moments
     nominal = np.array([rod.element.rod.length for rod in rods])
     turns = np.empty((len(rods) * len(steps), 3))
     rotation_steps(moments.reshape(-1, 3, 3), np.outer(nominal, steps).ravel(), turns)
     frames = _products(rotations_exp(turns.reshape(len(rods), -1, 3)))
-    beyond = _integrals(points) @ frames[:, 1:-1, :, 0]
+    positions = sampling.integration @ frames[:, sampling.at_nodes][..., 0]
     lengths = [float(rod.length(state)) for rod in rods]
     return [
         _RodShape(length * position, frame, length)
-        for length, position, frame in zip(lengths, beyond, frames, strict=True)
+        for length, position, frame in zip(
+            lengths, positions, frames[:, sampling.at_places], strict=True
+        )
     ]
 
 
@@ -287,6 +287,40 @@ def _products(turns: Floats) -> Floats:
     return found
 
 
+@dataclass(frozen=True, eq=False)
+class _Sampling:
+    """Points wanted of a rod, and how the quadrature of equilibria leads to them.
+
+    Attributes:
+        places: Where they are, as sigma, (P,).
+        steps: Lengths of rotation steps from 0 to 1 that end at every node and every place, (H,).
+        step_points: Points of every step, (H, 16).
+        at_nodes: Steps up to every node of the quadrature, (K,).
+        at_places: Steps up to every place, (P,).
+        integration: From values at the nodes to integrals from 0 to the places, (P, K).
+    """
+
+    places: Floats
+    steps: Floats
+    step_points: Floats
+    at_nodes: NDArray[np.int64]
+    at_places: NDArray[np.int64]
+    integration: Floats
+
+
+@lru_cache(maxsize=64)
+def _sampling(grid: RodGrid, points: int) -> _Sampling:
+    places = np.linspace(0.0, 1.0, points)
+    ends = np.union1d(grid.stops, places)  # of the steps, the origin before them
+    return _Sampling(
+        places,
+        *steps_to(ends[1:]),
+        np.searchsorted(ends, grid.nodes),
+        np.searchsorted(ends, places),
+        integration_to(places, grid.edges, grid.panel_nodes),
+    )
+
+
 class _Sampled(NamedTuple):
     """Shape functions of a rod where its shape is wanted."""
 
@@ -294,31 +328,13 @@ class _Sampled(NamedTuple):
     values: Floats  # (P, 3, m)
 
 
-@cache
-def _grid(points: int) -> RodGrid:
-    return rod_grid(points - 2)
-
-
-@cache
-def _integrals(points: int) -> Floats:
-    """From values at the nodes of a rod to integrals up to its points, (P, K)."""
-    grid = _grid(points)
-    return np.vstack([np.zeros_like(grid.weights), grid.integration, grid.weights])
-
-
-@cache
-def _places(points: int) -> Floats:
-    """Where the points of a rod are, as sigma."""
-    return np.concatenate([[0.0], _grid(points).nodes, [1.0]])
-
-
 @lru_cache(maxsize=64)
-def _sampled(modes: StrainModes, points: int) -> _Sampled:
+def _sampled(modes: StrainModes, sampling: _Sampling) -> _Sampled:
     """They are the same for rods of the same modes, and in every configuration."""
-    grid, one_hot = _grid(points), np.eye(3)[modes.directions].T
-    steps = modes.values(grid.step_points.ravel()).reshape(*grid.step_points.shape, modes.total)
+    points, one_hot = sampling.step_points, np.eye(3)[modes.directions].T
+    steps = modes.values(points.ravel()).reshape(*points.shape, modes.total)
     moments = np.einsum("mk,hkj,cj->jhmc", MAGNUS_WEIGHTS, steps, one_hot)
-    return _Sampled(moments, modes.values(_places(points))[:, None, :] * one_hot)
+    return _Sampled(moments, modes.values(sampling.places)[:, None, :] * one_hot)
 
 
 class _AtRest(NamedTuple):
@@ -329,8 +345,8 @@ class _AtRest(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _at_rest_beyond(element: ChainRod, points: int) -> _AtRest:
+def _at_rest_beyond(element: ChainRod, sampling: _Sampling) -> _AtRest:
     """It is the same in every configuration."""
     rod, modes = element.rod, element.modes
-    steps = rod.rest_beyond_steps(modes, _grid(points))
-    return _AtRest(steps, rod.rest_beyond_at(modes, _places(points)))
+    steps = rod.rest_beyond_steps(modes, sampling.step_points)
+    return _AtRest(steps, rod.rest_beyond_at(modes, sampling.places))

@@ -14,7 +14,17 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-__all__ = ["MAGNUS_WEIGHTS", "SAME_STATION", "RodGrid", "distinct_stations", "rod_grid"]
+__all__ = [
+    "MAGNUS_WEIGHTS",
+    "SAME_STATION",
+    "RodGrid",
+    "distinct_stations",
+    "integration_to",
+    "rod_grid",
+    "steps_to",
+]
+
+Floats = NDArray[np.float64]
 
 # The curvature of a rotation step enters by its moments. Sixteen points integrate them exactly up to
 # degree 29, so that a rod that bends in a plane is turned exactly.
@@ -47,17 +57,21 @@ class RodGrid:
         weights: Quadrature weights, sum 1, shape (K,).
         integration: ``integration[k, j]``: weight of node j in the integral from 0 to node k, (K, K).
         panel_nodes: Nodes of every panel.
-        steps: Lengths of the rotation steps from 0 to 1, shape (G,).
+        edges: Where panels begin and end, from 0 to 1.
+        stops: Where rotation steps end, from 0 to 1, shape (G,).
+        steps: Their lengths, shape (G,).
         step_points: Points of every step, those of ``MAGNUS_WEIGHTS``, shape (G, 16).
         step_node: Node at which a step ends, or -1 (a breakpoint or the tip), shape (G,).
     """
 
-    nodes: NDArray[np.float64]
-    weights: NDArray[np.float64]
-    integration: NDArray[np.float64]
+    nodes: Floats
+    weights: Floats
+    integration: Floats
     panel_nodes: int
-    steps: NDArray[np.float64]
-    step_points: NDArray[np.float64]
+    edges: Floats
+    stops: Floats
+    steps: Floats
+    step_points: Floats
     step_node: NDArray[np.int64]
 
 
@@ -74,36 +88,44 @@ def rod_grid(
     """
     edges = np.array(sorted({0.0, 1.0, *breakpoints}))
     reference, reference_weights = legendre.leggauss(nodes_per_panel)
-    # Integrals from -1 to the nodes of the Lagrange polynomials of the nodes.
-    coefficients = np.linalg.inv(legendre.legvander(reference, nodes_per_panel - 1))
-    antiderivatives = legendre.legint(np.eye(nodes_per_panel), lbnd=-1.0, axis=0)
-    panel_integration = legendre.legval(reference, antiderivatives).T @ coefficients
-
-    count = nodes_per_panel * (len(edges) - 1)
-    nodes, weights = np.empty(count), np.empty(count)
-    integration = np.zeros((count, count))
-    for panel, (start, end) in enumerate(pairwise(edges)):
-        inside = slice(panel * nodes_per_panel, (panel + 1) * nodes_per_panel)
-        half = 0.5 * (end - start)
-        nodes[inside] = start + half * (reference + 1.0)
-        weights[inside] = half * reference_weights
-        integration[inside, inside] = half * panel_integration
-        integration[inside, : inside.start] = weights[: inside.start]
-
+    nodes = (edges[:-1, None] + 0.5 * np.outer(np.diff(edges), reference + 1.0)).ravel()
     stops = np.array(sorted({*edges[1:], *nodes}))
     starts = np.concatenate([[0.0], stops[:-1]])
     parts = np.arange(1.0, substeps) / substeps
     between = starts[:, None] + (stops - starts)[:, None] * parts
     stops = np.column_stack([between, stops]).ravel()
-    starts = np.concatenate([[0.0], stops[:-1]])
-    steps = stops - starts
+    steps, step_points = steps_to(stops)
     node_at = {sigma: index for index, sigma in enumerate(nodes)}
     return RodGrid(
         nodes=nodes,
-        weights=weights,
-        integration=integration,
+        weights=0.5 * np.outer(np.diff(edges), reference_weights).ravel(),
+        integration=integration_to(nodes, edges, nodes_per_panel),
         panel_nodes=nodes_per_panel,
+        edges=edges,
+        stops=stops,
         steps=steps,
-        step_points=starts[:, None] + steps[:, None] * (0.5 + _POINTS),
+        step_points=step_points,
         step_node=np.array([node_at.get(stop, -1) for stop in stops], dtype=np.int64),
     )
+
+
+def steps_to(stops: Floats) -> tuple[Floats, Floats]:
+    """Lengths of rotation steps that end at ``stops`` (G,), and the points of every step, (G, 16)."""
+    starts = np.concatenate([[0.0], stops[:-1]])
+    steps = stops - starts
+    return steps, starts[:, None] + steps[:, None] * (0.5 + _POINTS)
+
+
+def integration_to(sigma: Floats, edges: Floats, nodes_per_panel: int) -> Floats:
+    """Weights of the nodes of panels in the integrals from 0 to some places, (len(sigma), K)."""
+    reference, weights = legendre.leggauss(nodes_per_panel)
+    # Integrals from -1 of the Lagrange polynomials of the nodes.
+    coefficients = np.linalg.inv(legendre.legvander(reference, nodes_per_panel - 1))
+    antiderivatives = legendre.legint(np.eye(nodes_per_panel), lbnd=-1.0, axis=0)
+    found = np.zeros((len(sigma), len(edges) - 1, nodes_per_panel))
+    for panel, (start, end) in enumerate(pairwise(edges)):
+        half, inside = 0.5 * (end - start), (start < sigma) & (sigma < end)
+        local = (sigma[inside] - start) / half - 1.0
+        found[inside, panel] = half * legendre.legval(local, antiderivatives).T @ coefficients
+        found[sigma >= end, panel] = half * weights
+    return found.reshape(len(sigma), -1)

@@ -254,7 +254,7 @@ class Rod:
             return np.zeros((len(sigma), 3))
         return self.rest_curvature_at(sigma) - modes.strain_at(sigma, self.rest_strain(modes))
 
-    def rest_beyond_steps(self, modes: StrainModes, grid: RodGrid) -> Floats:
-        """Its moments over the rotation steps of a grid, by moment and component, (H, 3, 3)."""
-        beyond = self.rest_beyond_at(modes, grid.step_points.ravel())
-        return np.asarray(MAGNUS_WEIGHTS @ beyond.reshape(*grid.step_points.shape, 3))
+    def rest_beyond_steps(self, modes: StrainModes, step_points: Floats) -> Floats:
+        """Its moments over rotation steps with these points (H, 16), by moment and component, (H, 3, 3)."""
+        beyond = self.rest_beyond_at(modes, step_points.ravel())
+        return np.asarray(MAGNUS_WEIGHTS @ beyond.reshape(*step_points.shape, 3))
