@@ -20,20 +20,19 @@ from .plausibility import check_link, check_ways
 __all__ = ["chain_leg", "check_joints", "check_motors"]
 
 
-def chain_leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
+def chain_leg(whole: Part, part: Part, index: int, leg_rod: Rod) -> LegDescription:
     """A leg with a chain.
 
     Args:
         whole: The whole description.
         part: The leg in it.
         index: Number of the leg.
-        shared: The rod of the whole description.
+        leg_rod: The rod of the leg, or of the robot where it has none.
 
     Raises:
         DescriptionError: Something a schema cannot say is wrong.
     """
     rod, strain = (part if name in part else whole for name in ("rod", "strain"))
-    leg_rod = described_rod(part.part("rod")) if "rod" in part else shared
     leg_name = part.get("name", f"leg{index + 1}")
     elements: list[tuple[Part, ChainElement]] = []
     joints = 0

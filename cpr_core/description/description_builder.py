@@ -148,9 +148,14 @@ def _kept_legs(
 
 def _legs(part: Part, kept: dict[int, LegDescription]) -> tuple[LegDescription, ...]:
     rods = (leg.rod for number, leg in kept.items() if "rod" not in part.content["legs"][number])
-    shared = next(rods, None) or described_rod(part.part("rod"))
+    shared = next(rods, None)
+    if shared is None and "rod" in part:
+        shared = described_rod(part.part("rod"))
     legs = tuple(
-        kept.get(index) or (chain_leg if "chain" in leg else _leg)(part, leg, index, shared)
+        kept.get(index)
+        or (chain_leg if "chain" in leg else _leg)(
+            part, leg, index, _leg_rod(part, leg, index, shared)
+        )
         for index, leg in enumerate(part.parts("legs"))
     )
     check_motors(part, legs)
@@ -240,11 +245,19 @@ def _check_motor_names(part: Part, legs: tuple[LegDescription, ...]) -> None:
             raise part.fail("legs", f"motor {name!r:.80}: expected a name, {expected}")
 
 
-def _leg(whole: Part, part: Part, index: int, shared: Rod) -> LegDescription:
-    """One leg, with a rod and strain modes of its own or those of the robot."""
+def _leg_rod(whole: Part, part: Part, index: int, shared: Rod | None) -> Rod:
+    """The rod of a leg: its own or that of the robot."""
+    if "rod" in part:
+        return described_rod(part.part("rod"))
+    if shared is None:
+        raise whole.fail("", f"missing field 'rod': legs[{index}] has none of its own")
+    return shared
+
+
+def _leg(whole: Part, part: Part, index: int, rod: Rod) -> LegDescription:
+    """One leg with a rod, and strain modes of its own or those of the robot."""
     motor_part, tip = part.part("motor"), part.part("tip")
     motor = MOTORS[motor_part.get("type")].from_description(motor_part)
-    rod = described_rod(part.part("rod")) if "rod" in part else shared
     modes = described_modes((part if "strain" in part else whole).part("strain"))
     if motor.extensible and not rod.uniform:
         raise motor_part.fail(

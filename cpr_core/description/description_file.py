@@ -270,7 +270,8 @@ def _explain(error: Any) -> str:
             given = [name for name in names if name in found]
             if not given:
                 first, *others = map(repr, names)
-                return f"missing field {first} (or {', '.join(others)})"
+                got = f", got {', '.join(map(repr, found))}" if found else ""
+                return f"missing field {first} (or {', '.join(others)}){got}"
             return f"expected one of {', '.join(names)}, got {' and '.join(given)}"
         case "not":
             return str(meaning)

@@ -28,6 +28,13 @@ WRONG = {
         "legs[0].chain[0]",
         "missing field 'joint' (or 'link', 'rod')",
     ),
+    "a kind that is none": (
+        "six_rus",
+        ["legs", 0, "chain", 1],
+        {"hub": [0.1, 0, 0], "mass": 0.1},
+        "legs[0].chain[1]",
+        "missing field 'joint' (or 'link', 'rod'), got 'hub', 'mass'",
+    ),
     "joint and link": (
         "six_rus",
         ["legs", 0, "chain", 1, "joint"],

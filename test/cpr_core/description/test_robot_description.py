@@ -4,12 +4,15 @@
 """The shipped robots of the paper: what is read of them, by name, by file and by content."""
 
 import math
+from copy import deepcopy
 
 import numpy as np
 import pytest
 from helpers.spoilt_descriptions import ROBOTS, TEXTS, full_content
-from numpy.testing import assert_allclose
+from helpers.yaml_content import shipped_content
+from numpy.testing import assert_allclose, assert_array_equal
 
+from cpr_core import DescriptionError, load_robot, solve_home
 from cpr_core.description.description_file import read_description, shipped_robots
 from cpr_core.lie import rotation_exp
 
@@ -102,3 +105,15 @@ def test_base_frames_are_rotations(name):
         frame = leg.base_rotation
         assert_allclose(frame.T @ frame, np.eye(3), rtol=0.0, atol=1e-15)
         assert np.linalg.det(frame) == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rus", "three_rfr_hubs"])
+def test_a_robot_whose_legs_all_have_a_rod_needs_none_for_all(name):
+    content = shipped_content(name)
+    expected, rod = load_robot(deepcopy(content)), content.pop("rod")
+    for leg in content["legs"]:
+        leg["rod"] = deepcopy(leg.get("rod", rod))
+    assert_array_equal(solve_home(load_robot(content)).state, solve_home(expected).state)
+    del content["legs"][1]["rod"]
+    with pytest.raises(DescriptionError, match=r"missing field 'rod': legs\[1\] has none"):
+        load_robot(content)
