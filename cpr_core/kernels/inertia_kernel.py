@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .condensation_kernel import CONDENSED, condense_delaying, rotation_unknowns
+from .border_kernel import rotation_unknowns
+from .condensation_kernel import CONDENSED, condense_delaying
 from .kernel_decorators import inlined, kernel, part
 from .lanes import get
 from .lu_kernel import lu_factor, lu_sign

@@ -18,9 +18,9 @@ F^T is what the border does with ``p`` given in it at the motors.
 
 from __future__ import annotations
 
-from .condensation_kernel import expand_legs, reduce_legs, substitute_border
 from .kernel_decorators import inlined
 from .lu_kernel import lu_solve_transposed
+from .tangent_kernel import expand_legs, reduce_legs, substitute_border
 from .twist_layout import FIRST_LINEAR
 
 __all__ = ["solve_with_efforts", "solve_with_efforts_transposed"]

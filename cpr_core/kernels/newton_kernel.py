@@ -7,14 +7,8 @@ from __future__ import annotations
 
 import math
 
-from .condensation_kernel import (
-    UNKNOWN,
-    condense,
-    factor_border,
-    predict,
-    solve,
-    solve_inlined,
-)
+from .border_kernel import factor_border
+from .condensation_kernel import UNKNOWN, condense
 from .kernel_decorators import inlined, part
 from .model_kernel import evaluate_inlined
 from .rotation_matrices import (
@@ -26,6 +20,7 @@ from .rotation_matrices import (
     rotation_log_into,
 )
 from .square_problem import Configuration
+from .tangent_kernel import predict, solve, solve_inlined
 from .twist_layout import FIRST_LINEAR
 
 __all__ = [

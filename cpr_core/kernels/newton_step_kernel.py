@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 
-from .condensation_kernel import NO_INVERSE, factor, solve
+from .condensation_kernel import NO_INVERSE
 from .kernel_decorators import kernel
 from .kernel_records import complete, read_pose, rods_exist, square_problem
 from .model_kernel import evaluate, evaluate_residual
 from .newton_kernel import move, scaled_residual
 from .record_layout import EFFORT
 from .square_problem import Configuration
+from .tangent_kernel import factor, solve
 
 __all__ = ["newton_step"]
 

@@ -10,18 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .condensation_kernel import (
-    CONDENSED,
-    NO_INVERSE,
-    expand_legs,
-    factor,
-    factor_border,
-    reduce_legs,
-)
+from .border_kernel import factor_border
+from .condensation_kernel import CONDENSED, NO_INVERSE
 from .kept_factors import kept_status, recalled
 from .kernel_decorators import inlined, kernel
 from .kernel_records import read_pose, square_problem
 from .model_kernel import evaluate, evaluate_residual
+from .tangent_kernel import expand_legs, factor, reduce_legs
 
 __all__ = ["Variations", "answer_rates", "vary_residual"]
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from .condensation_kernel import factor_border
+from .border_kernel import factor_border
 from .eigenvalue_kernel import largest_of_tridiagonal, last_entry
 from .kernel_arrays import LANCZOS_STEPS
 from .kernel_decorators import inlined, strict_part

@@ -87,7 +87,7 @@ def rod_grid(
     it is never to be written.
     """
     edges = np.array(sorted({0.0, 1.0, *breakpoints}))
-    reference, reference_weights = legendre.leggauss(nodes_per_panel)
+    reference, _ = legendre.leggauss(nodes_per_panel)
     nodes = (edges[:-1, None] + 0.5 * np.outer(np.diff(edges), reference + 1.0)).ravel()
     stops = np.array(sorted({*edges[1:], *nodes}))
     starts = np.concatenate([[0.0], stops[:-1]])
@@ -98,7 +98,7 @@ def rod_grid(
     node_at = {sigma: index for index, sigma in enumerate(nodes)}
     return RodGrid(
         nodes=nodes,
-        weights=0.5 * np.outer(np.diff(edges), reference_weights).ravel(),
+        weights=integration_to(edges[-1:], edges, nodes_per_panel)[0],
         integration=integration_to(nodes, edges, nodes_per_panel),
         panel_nodes=nodes_per_panel,
         edges=edges,

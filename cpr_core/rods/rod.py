@@ -255,6 +255,11 @@ class Rod:
         return self.rest_curvature_at(sigma) - modes.strain_at(sigma, self.rest_strain(modes))
 
     def rest_beyond_steps(self, modes: StrainModes, step_points: Floats) -> Floats:
-        """Its moments over rotation steps with these points (H, 16), by moment and component, (H, 3, 3)."""
+        """Its moments over rotation steps, by moment and component, (H, 3, 3).
+
+        Args:
+            modes: Strain modes of the rod.
+            step_points: Points of the steps, those of ``MAGNUS_WEIGHTS``, (H, 16).
+        """
         beyond = self.rest_beyond_at(modes, step_points.ravel())
         return np.asarray(MAGNUS_WEIGHTS @ beyond.reshape(*step_points.shape, 3))

@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.condensation_kernel import factor
 from ..kernels.kernel_decorators import compiled
 from ..kernels.model_kernel import evaluate, tangent_into
 from ..kernels.newton_kernel import copy_configuration
 from ..kernels.singularity_kernel import smallest_singular_value
 from ..kernels.square_problem import Configuration
+from ..kernels.tangent_kernel import factor
 from .analysis_kernel import spectrum_of
 from .cell_layout import (
     FORWARD_MARGIN,

@@ -13,9 +13,9 @@ from numpy.testing import assert_allclose
 
 from cpr_core import Loads
 from cpr_core.kernels import (
-    condensation_kernel,
     inertia_kernel,
     model_kernel,
+    tangent_kernel,
 )
 from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED
 from cpr_core.kernels.kernel_arrays import workspace
@@ -24,8 +24,8 @@ from cpr_core.kernels.square_problem import SquareProblem
 
 evaluate = entry(model_kernel.evaluate)
 tangent_into = entry(model_kernel.tangent_into)
-factor = entry(condensation_kernel.factor)
-solve = entry(condensation_kernel.solve)
+factor = entry(tangent_kernel.factor)
+solve = entry(tangent_kernel.solve)
 signs_of = entry(inertia_kernel.signs_of)
 
 GRAVITY = Loads.none().with_(gravity=[1.0, -9.0, 3.0])

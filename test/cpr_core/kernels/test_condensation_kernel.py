@@ -13,10 +13,10 @@ from numpy.testing import assert_allclose
 
 from cpr_core import solve_home
 from cpr_core.kernels import (
-    condensation_kernel,
     kept_factors,
     linear_problem_kernel,
     model_kernel,
+    tangent_kernel,
 )
 from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED, NO_INVERSE
 from cpr_core.kernels.kept_factors import recalled
@@ -28,9 +28,9 @@ from cpr_core.model.model_state import evaluate
 from cpr_core.numba_fence import njit
 from cpr_core.solving.load_robot import load_robot
 
-factor = entry(condensation_kernel.factor)
-predict = entry(condensation_kernel.predict)
-solve = entry(condensation_kernel.solve)
+factor = entry(tangent_kernel.factor)
+predict = entry(tangent_kernel.predict)
+solve = entry(tangent_kernel.solve)
 solve_with_efforts = entry(linear_problem_kernel.solve_with_efforts)
 keep = entry(kept_factors.keep)
 tangent_into = entry(model_kernel.tangent_into)
