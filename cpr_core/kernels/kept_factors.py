@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .condensation_kernel import CONDENSED
-from .kernel_arrays import Factors, Lanes, RobotArrays
+from .kernel_arrays import Lanes, RobotArrays
 from .kernel_decorators import inlined
 from .lanes import get, lanes_dtype, load, put, store
 from .slots import SlotLayout
+from .workspace_arrays import Factors
 
 __all__ = [
     "border_of",

@@ -20,7 +20,7 @@ from ..numba_fence.borrowed_values import Borrowed, size_of, store
 from .condensation_kernel import CONDENSED
 from .continuation_kernel import continue_equilibria
 from .kept_factors import kept_status, recalled
-from .kernel_arrays import RobotArrays, Workspace
+from .kernel_arrays import RobotArrays
 from .kernel_decorators import kernel
 from .kernel_records import read_pose, square_problem
 from .linearisation_kernel import linearise
@@ -28,6 +28,7 @@ from .model_kernel import evaluate, tangent_into
 from .newton_step_kernel import newton_step
 from .pencil import Pencil
 from .singularity_kernel import smallest_singular_value
+from .workspace_arrays import Workspace
 
 __all__ = [
     "PreparedRobot",

@@ -16,9 +16,9 @@ import math
 
 from .border_kernel import factor_border
 from .eigenvalue_kernel import largest_of_tridiagonal, last_entry
-from .kernel_arrays import LANCZOS_STEPS
 from .kernel_decorators import inlined, strict_part
 from .linear_problem_kernel import solve_with_efforts, solve_with_efforts_transposed
+from .workspace_arrays import LANCZOS_STEPS
 
 __all__ = ["smallest_singular_value"]
 

@@ -20,10 +20,11 @@ from ..description.described_rods import lacking_modes
 from ..description.loads import Loads
 from ..description.robot_description import RobotDescription
 from ..errors import DescriptionError, InvalidRequest
-from ..kernels.kernel_arrays import LoadArrays, RobotArrays, workspace
+from ..kernels.kernel_arrays import LoadArrays, RobotArrays
 from ..kernels.pencil import pencil_of
 from ..kernels.prepared_robot import PreparedRobot
 from ..kernels.record_layout import EFFORT
+from ..kernels.workspace_arrays import workspace
 from ..validation import cached_property, checked_count, read_only
 from .discretised_robot import DiscretisedRobot
 from .load_arrays import load_arrays

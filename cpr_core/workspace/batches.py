@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.kernel_arrays import workspace
+from ..kernels.workspace_arrays import workspace
 from ..model.configurations import configuration_rows
 from .batch_kernel import Analyses, Arrivals, Cells, Ways, analyse_cells, leave_cells
 from .cell_layout import MEASURE_COUNT, SIGN_COUNT

@@ -7,9 +7,9 @@ from inspect import getfile, signature
 
 import numpy as np
 
-from cpr_core.kernels.kernel_arrays import workspace
 from cpr_core.kernels.pencil import pencil_of
 from cpr_core.kernels.prepared_robot import PreparedRobot
+from cpr_core.kernels.workspace_arrays import workspace
 from cpr_core.numba_fence import njit
 from helpers.kept_kernel import kept
 

@@ -18,9 +18,9 @@ from cpr_core.kernels import (
     tangent_kernel,
 )
 from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED
-from cpr_core.kernels.kernel_arrays import workspace
 from cpr_core.kernels.record_layout import INDEX_FREE, INDEX_LOCKED
 from cpr_core.kernels.square_problem import SquareProblem
+from cpr_core.kernels.workspace_arrays import workspace
 
 evaluate = entry(model_kernel.evaluate)
 tangent_into = entry(model_kernel.tangent_into)

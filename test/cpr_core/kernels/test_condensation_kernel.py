@@ -20,10 +20,10 @@ from cpr_core.kernels import (
 )
 from cpr_core.kernels.condensation_kernel import CONDENSED, DELAYED, NO_INVERSE
 from cpr_core.kernels.kept_factors import recalled
-from cpr_core.kernels.kernel_arrays import factors_of, workspace
 from cpr_core.kernels.lanes import load, store
 from cpr_core.kernels.lu_kernel import lu_factor, lu_solve
 from cpr_core.kernels.square_problem import SquareProblem
+from cpr_core.kernels.workspace_arrays import factors_of, workspace
 from cpr_core.model.model_state import evaluate
 from cpr_core.numba_fence import njit
 from cpr_core.solving.load_robot import load_robot
