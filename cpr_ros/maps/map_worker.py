@@ -59,7 +59,7 @@ def _listen(
 ) -> None:
     """End the map when the node says so or is gone, and the process soon afterwards.
 
-    At once where no cell is left yet, as nothing is lost: kernels may have to be compiled before.
+    At once where no cell is made yet, as nothing is lost: kernels may have to be compiled before.
     """
     with suppress(EOFError, OSError):
         connection.recv()
@@ -77,8 +77,7 @@ def _made(
 
     def tell(state: Progress) -> None:
         nonlocal begin
-        if state.done:
-            begun.set()
+        begun.set()
         now = time.monotonic()
         begin = begin or (now, state.done)
         duration, done = now - begin[0], state.done - begin[1]

@@ -43,22 +43,6 @@ def test_who_is_told_to_stop_has_time_to_save_what_there_is(monkeypatch, tmp_pat
     assert slept == ([map_worker.PATIENCE] if begun or resume else [])
 
 
-def test_a_map_has_begun_when_a_cell_is_left(answers, tmp_path, monkeypatch):
-    """The first state is told before kernels are compiled: whoever stopped it then waited for them."""
-    small, listening, seen = small_map(), [], []
-    monkeypatch.setattr(map_worker, "_listen", lambda *node: listening.append(node[-1]))
-
-    def going_on(*order, progress, **options):
-        for done in (0, 1):
-            progress(Progress(done, 10, 117))
-            seen.append(listening[0].is_set())
-        return small
-
-    monkeypatch.setattr(map_worker, "map_workspace", going_on)
-    answers(small_order(tmp_path / "map.nc"))
-    assert seen == [False, True]
-
-
 @pytest.fixture
 def answers(monkeypatch):
     """What is sent to the node that orders a map."""
