@@ -215,10 +215,24 @@ class Whereabouts:
     def keep(self) -> None:
         """Remember where the robot is now, also what no motion led to: a solution may be applied."""
         self._memory.keep(self._session.known_place)
+        self._hold_if_outdated()
 
     def look_after_file(self) -> None:
         """See that what is remembered is in the file; about once a second."""
         self._memory.look_after_file(self._session.known_place)
+        self._hold_if_outdated()
+
+    def _hold_if_outdated(self) -> None:
+        """Send the motors nowhere if the next start would take the robot to be where it was before.
+
+        It would not where the motors are measured, or are to be, nor in a simulation.
+        """
+        session = self._session
+        remembered = self._from in ("auto", "last") and session.tracking is None
+        if remembered and session.measured.newest(time.monotonic()) is None:
+            session.outgoing.unkept = self._memory.outdated
+        else:
+            session.outgoing.unkept = ""
 
     def close(self) -> None:
         """Let the file go."""

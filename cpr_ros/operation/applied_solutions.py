@@ -45,9 +45,8 @@ def check_applied(solution: Assessment, deadline: Deadline, orders: Orders) -> N
 
 def _occupied(orders: Orders) -> str:
     """Why the robot is not put elsewhere now; empty: nothing is against it."""
-    in_question = orders.outgoing.moved_by_others.in_question
-    if in_question:
-        return in_question
+    if orders.outgoing.in_question:
+        return orders.outgoing.in_question
     end_it = "an empty ~/joint_trajectory ends that"
     if orders.follower.moving:
         return f"the robot is on its way; {end_it}"

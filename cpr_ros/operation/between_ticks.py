@@ -33,7 +33,7 @@ class BetweenTicks:
         """Look at a steady time [s]; to be asked whenever something may have come."""
         session = self._session
         session.moved_by_others.look(now)
-        session.orders.end_if_moved_by_others()
+        session.orders.end_if_stopped()
         if self._resting() and session.tracking is None and not session.follower.paused:
             session.first_step.look(session.solver.current, now)
         else:

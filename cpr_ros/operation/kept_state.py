@@ -177,6 +177,18 @@ class KeptState:
             self._own, self.problem, self.damage, self.commands_before = True, "", "", None
             self._file.rewrite(self._content)
 
+    def clear(self) -> bool:
+        """Take away what is in the file, so that nobody begins there; whether nobody will.
+
+        A file that others have removed or replaced is not this one any more.
+        """
+        try:
+            if self._file.named:
+                self._file.clear()
+        except OSError:
+            return False
+        return True
+
     def mend(self) -> bool:
         """Make the file whole where others have removed, replaced or changed it; whether they have.
 

@@ -71,6 +71,10 @@ class LockedFile:
         self.write(content, 0)
         os.ftruncate(self._file, len(content))
 
+    def clear(self) -> None:
+        """Let nothing be in the file, or raise OSError."""
+        os.ftruncate(self._file, 0)
+
     def reserve(self, size: int) -> None:
         """Ask the disk for so many bytes, so that a full one is told of now; its times stay."""
         written = os.fstat(self._file)

@@ -186,11 +186,11 @@ class Orders:
         self.follower.drop(reason)
         return True
 
-    def end_if_moved_by_others(self) -> None:
-        """Forget where the robot was to go, if others have moved it."""
-        away = self.outgoing.moved_by_others.away
-        if away and self.end(ErrorCode.CONTROL_FAILED, away):
-            self.left_behind = away
+    def end_if_stopped(self) -> None:
+        """Forget where the robot was to go, if others have moved it or it may not go on."""
+        stopped = self.outgoing.stopped
+        if stopped and self.end(ErrorCode.CONTROL_FAILED, stopped):
+            self.left_behind = stopped
 
     def end_if_not_seen(self, now: float) -> None:
         """Forget where the robot was to go, if commands wait for motors that are measured no more."""
@@ -227,10 +227,10 @@ class Orders:
             )
 
     def _check_where_commanded(self) -> None:
-        """Whether the motors are where the node has sent them.
+        """Whether the motors are where the node has sent them, and may be sent on.
 
         Raises:
             RequestError: They are not.
         """
-        if self.outgoing.moved_by_others.in_question:
-            raise RequestError(ErrorCode.NOT_READY, self.outgoing.moved_by_others.in_question)
+        if self.outgoing.in_question:
+            raise RequestError(ErrorCode.NOT_READY, self.outgoing.in_question)

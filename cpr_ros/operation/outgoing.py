@@ -38,6 +38,7 @@ class Outgoing:
         commands: Where the motors are sent.
         measured: Where they are measured.
         moved_by_others: Whether others have moved them.
+        unkept: That the next start would begin elsewhere, in words; empty if it would not.
     """
 
     solver: Solver
@@ -46,6 +47,17 @@ class Outgoing:
     commands: MotorCommands
     measured: MeasuredMotors
     moved_by_others: MovedByOthers
+    unkept: str = ""
+
+    @property
+    def stopped(self) -> str:
+        """Why what leads anywhere has to end, in words; empty: nothing is against it."""
+        return self.moved_by_others.away or self.unkept
+
+    @property
+    def in_question(self) -> str:
+        """The same, or that it may have to; empty: commands may go out."""
+        return self.moved_by_others.in_question or self.unkept
 
     @property
     def aligned(self) -> bool:
@@ -127,7 +139,7 @@ class Outgoing:
     def _held(self, outcome: Outcome) -> bool:
         """Whether no new command may leave the node, wherever the robot is to go."""
         held_back = self.follower.paused or outcome.refusal is not None
-        return self.tracking is not None or held_back or bool(self.moved_by_others.in_question)
+        return self.tracking is not None or held_back or bool(self.in_question)
 
     def _step_to(self, motors: Floats, now: float) -> Floats | None:
         max_speed = self.follower.settings.max_speed

@@ -4,7 +4,8 @@
 """What a node remembers of where its robot is, whatever happens to the file that it is kept in.
 
 The file may be out of reach when the node starts, others may remove or change it, and the disk may be
-full. The node goes on, says so once, and tries again. No rclpy here.
+full. The node goes on, says so once, and tries again. What is in a file that cannot be written any
+more is taken away, for the next start would begin there. No rclpy here.
 """
 
 from __future__ import annotations
@@ -56,6 +57,8 @@ class PlaceMemory:
 
     Attributes:
         lost: Why nobody knows where the robot was, though the file may have known; empty otherwise.
+        outdated: That the file has an older place and nothing can be done about it, in words; empty
+            if it has not.
     """
 
     def __init__(self, file: Path, robot: Robot, log: _Log) -> None:
@@ -67,7 +70,7 @@ class PlaceMemory:
             log: Of the node.
         """
         self._file, self._robot, self._log = file, robot, log
-        self.lost = ""
+        self.lost, self.outdated = "", ""
         self._kept: KeptState | None = None
         self._newest: KnownPlace | None = None
         #: How many times in a row the file was looked for and not there.
@@ -123,7 +126,9 @@ class PlaceMemory:
         try:
             self._kept.keep(*place)
         except OSError as error:
-            self._fail(error)
+            self._fail(self._kept, error)
+        else:
+            self.outdated = ""
 
     def look_after_file(self, place: KnownPlace | None) -> None:
         """Mend what others did to the file and what could not be written; about once a second.
@@ -138,13 +143,13 @@ class PlaceMemory:
         try:
             mended = self._kept.mend()
         except OSError as error:
-            self._fail(error)
+            self._fail(self._kept, error)
             return
         if mended:
             self._log.warning(
                 f"{self._file} was not as this node left it (removed or changed?); it is made anew"
             )
-        self._failing = False
+        self._failing, self.outdated = False, ""
 
     def close(self) -> None:
         """Let the file go."""
@@ -176,12 +181,18 @@ class PlaceMemory:
         if not self._failing:
             self._log.info(f"where the robot is is kept in {self._file} from now on")
 
-    def _fail(self, error: OSError) -> None:
+    def _fail(self, kept: KeptState, error: OSError) -> None:
+        said = f"where the robot is cannot be kept in {self._file}: {error}"
+        cleared = kept.clear()
+        if not cleared:
+            self.outdated = f"{said}; what is in it is old, and the next start would begin there"
         if not self._failing:
-            self._log.warning(
-                f"where the robot is cannot be kept in {self._file}: {error}; unless that ends, the "
-                "robot has to be measured when the node starts again"
-            )
+            then = "the robot has to be measured when the node starts again"
+            if not cleared:
+                then = f"what is in it is old: {then}, and nothing moves that is not measured"
+            elif not _may_be_there(self._file):
+                then = f"{then}, or is taken to be at home"
+            self._log.warning(f"{said}; unless that ends, {then}")
         self._failing = True
 
 

@@ -129,7 +129,7 @@ class Session:
         )
         measured = self.measured if self.tracking is None else None
         self.senses = Senses(measured, self.wrench, self.loop_status, self.outgoing.lag)
-        self.unplaced, self._told_away = False, ""
+        self.unplaced, self._told_stopped = False, ""
 
     @property
     def at_rest(self) -> bool:
@@ -140,7 +140,7 @@ class Session:
         current, last = self.solver.current, self.present.outcome
         if last.moved or last.assessment is not current or last.state == State.ALIGNING:
             return False
-        if self.moved_by_others.away != self._told_away:
+        if self.outgoing.stopped != self._told_stopped:
             return False
         goal = self.follower.goal
         if self.orders.awaiting or not (
@@ -175,6 +175,7 @@ class Session:
             self.unplaced = False
             send(ahead, True)
         self.orders.end_if_not_seen(now)
+        self.orders.end_if_stopped()
         self.trajectories.before_tick(before, now)
         if self.jogger.drives(self.follower.goal):
             start = before.equilibrium
@@ -243,9 +244,9 @@ class Session:
         else:
             mover = self.follower if self.tracking is None else self.tracking
             outcome = mover.tick(before, loads, now)
-        self._told_away = self.moved_by_others.away
-        if self._told_away and outcome.refusal is None:
-            refusal = Refusal("stale", self._told_away)
+        self._told_stopped = self.outgoing.stopped
+        if self._told_stopped and outcome.refusal is None:
+            refusal = Refusal("stale", self._told_stopped)
             told = self.follower.judge(outcome.assessment, refusal)
             outcome = replace(outcome, verdict=told, refusal=refusal)
         return outcome
@@ -271,7 +272,7 @@ class Session:
             waited_for=self.outgoing.waits,
             several=several,
         )
-        self.orders.end_if_moved_by_others()
+        self.orders.end_if_stopped()
         return begin
 
     def stand(self) -> None:

@@ -128,10 +128,11 @@ class RobotBench:
         for transition in transitions:
             assert change(self.client, transition), self.process.output()
 
-    def kill(self):
+    def kill(self, afterwards=lambda: None):
         """Kill the node. What it was about to send, or sent to nobody, is in its file."""
         self.process.process.send_signal(signal.SIGKILL)
         self.process.process.wait()
+        afterwards()
         heard = -1
         while heard < len(self.commands):  # what is on the way
             heard = len(self.commands)

@@ -3,6 +3,7 @@
 
 """What a node says of where its robot was, by what there is instead of a file with that."""
 
+import errno
 import os
 from types import SimpleNamespace
 
@@ -56,6 +57,14 @@ def kept_by(file, of, motors):
 
 def full(monkeypatch):
     monkeypatch.setattr(os, "pwrite", lambda *_: 0)
+
+
+def read_only(monkeypatch):
+    def refused(*_):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(os, "pwrite", refused)
+    monkeypatch.setattr(os, "ftruncate", refused)
 
 
 def closed(monkeypatch):
@@ -134,6 +143,54 @@ def test_what_others_do_to_the_file_is_told_and_what_cannot_be_mended_once(
     for _ in range(3):
         memory.look_after_file(here)
     assert len(said) == 2 and "cannot be kept" in said[1]
+
+
+def test_what_cannot_be_written_any_more_is_not_left_for_the_next_start(
+    file, remember, said, monkeypatch
+):
+    """The next node began where the robot had been before the disk was full, and jumped."""
+    memory = PlaceMemory(file, ROBOT, SimpleNamespace(warning=said.append))
+    memory.keep(place(2.7))
+    with monkeypatch.context() as disk:
+        full(disk)
+        memory.keep(place(2.8))
+    assert "has to be measured when the node starts again" in said[-1]
+    assert memory.outdated == ""
+    memory.close()
+    assert file.stat().st_size == 0
+    assert "cannot be read" in remember().lost
+
+
+def test_a_removed_file_that_cannot_be_made_anew_is_said_to_leave_nothing(
+    file, remember, said, monkeypatch
+):
+    memory, last = remember(), place(2.7)
+    memory.keep(last)
+    file.unlink()
+    full(monkeypatch)
+    memory.look_after_file(last)
+    assert said[-1].endswith(
+        "the robot has to be measured when the node starts again, or is taken to be at home"
+    )
+    assert memory.outdated == ""
+
+
+def test_what_can_neither_be_written_nor_taken_away_is_outdated_until_it_can(
+    file, remember, said, monkeypatch
+):
+    last = place(2.8)
+    memory = PlaceMemory(file, ROBOT, SimpleNamespace(warning=said.append))
+    memory.keep(place(2.7))
+    with monkeypatch.context() as disk:
+        read_only(disk)
+        memory.keep(last)
+        memory.look_after_file(last)
+        assert "Read-only file system; what is in it is old" in memory.outdated
+        assert len(said) == 1 and "nothing moves that is not measured" in said[0]
+    memory.look_after_file(last)
+    assert memory.outdated == ""
+    memory.close()
+    np.testing.assert_array_equal(remember().last_commands(), last.motors)
 
 
 def test_only_what_is_missed_four_times_in_a_row_is_made_anew(file, remember):

@@ -3,6 +3,9 @@
 
 """Files of the last state that are damaged, locked or away, and disks that are full."""
 
+import fcntl
+import os
+
 import numpy as np
 import pytest
 
@@ -142,6 +145,40 @@ def test_a_full_disk_is_told_once_and_neither_ends_the_node_nor_stops_the_motion
         said.count("No space left on device; unless that ends, the robot has to be measured") == 1
     )
     assert "Traceback" not in said
+    assert bench.longest_step() <= 1.0 + 2e-5
+
+
+def test_a_disk_that_turns_read_only_does_not_send_the_next_node_back(bench):
+    """It began where the robot was before that, and its first command led 0.8 rad back at once."""
+    bench.keep(load_robot("rfrfr"))
+    disk = os.memfd_create("disk", os.MFD_ALLOW_SEALING)
+    os.pwrite(disk, bench.file.read_bytes(), 0)
+    bench.file.unlink()
+    bench.file.symlink_to(f"/proc/{os.getpid()}/fd/{disk}")
+    bench.start()
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(2.7, 0.4)
+    bench.until_at([2.7, 0.4])
+    bench.send(3.5, -0.3)
+    bench.spin(0.1)
+    fcntl.fcntl(disk, fcntl.F_ADD_SEALS, fcntl.F_SEAL_WRITE | fcntl.F_SEAL_SHRINK)
+    bench.until_said("what is in it is old")
+    bench.spin(0.5)
+    stopped = len(bench.commands)
+    bench.send(3.5, -0.3)
+    bench.spin(1.2)
+    assert len({tuple(command) for command in bench.commands[stopped - 1 :]}) == 1
+
+    def mended():
+        bench.file.unlink()
+        bench.file.write_bytes(os.pread(disk, 10_000, 0))
+        os.close(disk)
+
+    bench.kill(mended)
+    bench.start()
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(3.5, -0.3)
+    bench.until_at([3.5, -0.3])
     assert bench.longest_step() <= 1.0 + 2e-5
 
 
