@@ -249,9 +249,12 @@ def _leg_rod(whole: Part, part: Part, index: int, shared: Rod | None) -> Rod:
     """The rod of a leg: its own or that of the robot."""
     if "rod" in part:
         return described_rod(part.part("rod"))
-    if shared is None:
-        raise whole.fail("", f"missing field 'rod': legs[{index}] has none of its own")
-    return shared
+    if shared is not None:
+        return shared
+    for element in part.parts("chain"):  # of one whose rods all say what they are it is the first
+        if element.part("rod").content:
+            return described_rod(element.part("rod"))
+    raise whole.fail("", f"missing field 'rod': legs[{index}] has none of its own")
 
 
 def _leg(whole: Part, part: Part, index: int, rod: Rod) -> LegDescription:

@@ -117,3 +117,16 @@ def test_a_robot_whose_legs_all_have_a_rod_needs_none_for_all(name):
     del content["legs"][1]["rod"]
     with pytest.raises(DescriptionError, match=r"missing field 'rod': legs\[1\] has none"):
         load_robot(content)
+
+
+def test_a_robot_whose_rods_are_all_described_in_chains_needs_no_other():
+    content = shipped_content("three_rfr_hubs")
+    expected, rod = load_robot(deepcopy(content)), content.pop("rod")
+    chains = [leg["chain"] for leg in content["legs"]]
+    rods = [element for chain in chains for element in chain if "rod" in element]
+    for element in rods:
+        element["rod"] = rod | element["rod"]
+    assert_array_equal(solve_home(load_robot(content)).state, solve_home(expected).state)
+    chains[0].append({"rod": {}})  # of which nothing is known: not another of the first
+    with pytest.raises(DescriptionError, match=r"legs\[0\]\.chain\[.\]\.rod.*: missing field"):
+        load_robot(content)
