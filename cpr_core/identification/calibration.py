@@ -159,7 +159,7 @@ def _checked_bounds(
         if of_tracker(path) and low < high:  # what is described of it is not begun with
             found[:, column] = low, high
             continue
-        if not low < values[column] < high:
+        if not low <= values[column] <= high or low == high:
             value, *ends = distinct(float(values[column]), low, high, fewest=6)
             problem = f"expected the described value {value} between, got {ends[0]}, {ends[1]}"
             raise InvalidRequest(f"bounds[{path!r}]", problem)

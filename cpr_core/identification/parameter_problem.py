@@ -61,6 +61,8 @@ _MEMORY = 3
 #: Times that a descent is begun again: what is not determined may be other directions at the answer, and
 #: measurements may turn out to be more exact than they are said to be.
 _ROUNDS = 3
+#: Part of the way to the other bound that a descent begins off a bound, at most.
+_INSIDE = 1e-2
 
 
 def natural_changes(equilibrium: Equilibrium, paths: Sequence[str]) -> Floats:
@@ -256,6 +258,25 @@ def solution(problem: ParameterProblem, limits: Floats, loss: Loss) -> Floats:
     return found
 
 
+def _released(
+    begin: Floats,
+    bounds: Floats,
+    residual: Callable[[Floats], Floats],
+    rates: Callable[[Floats], Floats],
+) -> Floats:
+    """Unknowns to begin with, (P,): off bounds that the squares fall from, by a deviation at most.
+
+    The first steps of the method that is used are as small as its beginning is near to a bound.
+    """
+    low, high = bounds
+    at_low, at_high = begin <= low, begin >= high
+    if not np.any(at_low | at_high):
+        return begin
+    slope, inside = residual(begin) @ rates(begin), np.minimum(1.0, _INSIDE * (high - low))
+    begin = np.where(at_low & (slope < 0.0), low + inside, begin)
+    return np.where(at_high & (slope > 0.0), high - inside, begin)
+
+
 def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: Loss) -> Floats:
     """The same by one loss, from changes that are near."""
     bounds, near = (limits - problem.values) / problem.scales, _DEVIATIONS
@@ -282,7 +303,7 @@ def _descended(problem: ParameterProblem, change: Floats, limits: Floats, loss: 
 
         found = scipy.optimize.least_squares(
             residual,
-            change / deviation,
+            _released(change / deviation, bounds / deviation, residual, rates),
             rates,
             bounds=bounds / deviation,
             x_scale=1.0 / deviation,

@@ -3,6 +3,7 @@
 
 """Parameters come back from measurements of robots that have them, with honest intervals."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,17 @@ from helpers.simulated_measurements import (
 )
 
 import cpr_core
-from cpr_core import CalibrationWarning, InvalidRequest, Measurement, StandardDeviations, calibrate
+from cpr_core import (
+    CalibrationWarning,
+    InvalidRequest,
+    Measurement,
+    StandardDeviations,
+    calibrate,
+    continued,
+    load_robot,
+    solve_forward,
+    solve_home,
+)
 from cpr_core.identification.compared import compared_row
 from cpr_core.identification.robust_loss import variance_factor
 from cpr_core.lie import quaternion_from_rotation, rotation_exp
@@ -262,6 +273,27 @@ def test_bounds_hold_and_are_told_where_they_do(robot, loaded):
     words = "described value 210000000000 between, got 210000000001, 230000000000$"
     with pytest.raises(InvalidRequest, match=words):
         calibrate(robot, rows, PATHS, DEVIATIONS, bounds={PATHS[0]: (210e9 + 1.0, 230e9)})
+
+
+@pytest.mark.parametrize("bounds", [(0.0, 0.2), (-0.1, 0.2), (-0.1, 0.0)])
+def test_a_parameter_may_begin_at_its_bound(bounds):
+    """A platform without mass could not be bounded by zero, the one bound that is known of it."""
+    robot = load_robot("rfrfr")
+    home, loads = solve_home(robot), robot.default_loads.with_(gravity=[0.0, -9.81, 0.0])
+    true = robot.with_parameters({"platform.mass": 0.01})
+    start = continued(home, true)
+    rows = []
+    for step in (0.0, 0.1, -0.1):
+        found = solve_forward(true, home.motors + step, start=start, loads=loads)
+        place = found.platform_position
+        rows.append(Measurement(motors=found.motors, position=place, loads=loads))
+    allowed = {"platform.mass": bounds}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore" if bounds[1] == 0.0 else "error", CalibrationWarning)
+        found = calibrate(
+            robot, rows, ["platform.mass"], StandardDeviations(position=1e-4), bounds=allowed
+        )
+    assert found.values[0] == pytest.approx(min(0.01, bounds[1]), abs=1e-6)
 
 
 def test_rates_of_what_is_compared_are_those_of_differences(robot, home, loaded):
