@@ -18,6 +18,9 @@ __all__ = ["FedRods", "fed_rods"]
 
 Floats = NDArray[np.float64]
 
+#: Part of the length of a description below which a fed rod is as good as not there.
+_NO_LENGTH = 1e-4
+
 
 class FedRods(NamedTuple):
     """Rods that motors feed, F of them.
@@ -42,6 +45,14 @@ class FedRods(NamedTuple):
     def exist(self, motors: Floats) -> bool:
         """Whether all of them have a length at motor positions, (n,)."""
         return not self.rods or bool((self.lengths(motors) > 0.0).all())
+
+    def drawn_in(self, motors: Floats) -> str:
+        """That a motor at its position, out of (n,), has drawn in its whole rod; empty: none has."""
+        lengths = self.lengths(motors).tolist() if self.rods else ()
+        for rod, length in zip(self.rods, lengths, strict=True):
+            if length < _NO_LENGTH * rod.element.rod.length:
+                return f"{rod.element.motor} has drawn in its rod: no length is left"
+        return ""
 
 
 def fed_rods(rods: Iterable[RodNumbers], first_motor: int) -> FedRods:

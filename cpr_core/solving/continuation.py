@@ -320,6 +320,9 @@ class _Walker:
 
     def _lost(self, first: Point, last: Point) -> _Ended:
         """The end where no step succeeds."""
+        drawn_in = last.equilibrium.robot.fed_rods.drawn_in(last.equilibrium.motors)
+        if drawn_in:
+            return self._ended(last, "lost", drawn_in)
         if not crossing_ways(self.path, last):
             return self._ended(last, "lost", "no equilibrium is near the last one on the way")
         return self._ended_at_crossing(last, first, "branches cross, none of them goes straight on")

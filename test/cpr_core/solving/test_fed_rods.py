@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+import yaml
 from helpers.chain_robots import as_chains
 from helpers.differences import check_residual, check_tangent
 from helpers.fed_robots import RATIOS, fed, motors_of, plain_content
@@ -15,6 +16,7 @@ from cpr_core import (
     InvalidRequest,
     Loads,
     Measurement,
+    NotReached,
     StandardDeviations,
     calibrate,
     continued,
@@ -23,6 +25,7 @@ from cpr_core import (
     leg_shapes,
     load_robot,
     solve_forward,
+    solve_forward_by_effort,
     solve_home,
     solve_inverse,
     trace,
@@ -40,6 +43,25 @@ def robot(request):
     short = request.param == "short"
     return load_robot(fed(plain_content() if short else as_chains("gough_stewart", links=False)))
 
+
+ONE_FED_LEG = """
+name: feed
+space: planar
+gravity: [0, -9.81, 0]
+platform: {shape: body, mass: 0.1}
+strain: {bending_3: 5}
+rod:
+  length: 0.3
+  section: {shape: circular, radius: 0.001}
+  young_modulus: 2.1e+11
+  shear_modulus: 8.0e+10
+legs:
+- base: {position: [0, 0, 0], tangent: [1, 0, 0]}
+  motor: {type: extensible}
+  tip: {type: fixed, position: [0, 0, 0], tangent: [1, 0, 0]}
+controlled: [x]
+home: {motors: [0.3], bow: left}
+"""
 
 FAR = np.array([0.05, -0.04, 0.02, 0.05, -0.03, 0.04])
 
@@ -204,3 +226,20 @@ def test_what_goes_farthest_says_how_far_a_motor_of_several_rods_goes(ratios):
     robot = load_robot(content)
     assert robot.motor_units[0] == pytest.approx(robot.mean_length)
     assert robot.description.motors[0].ratio == max(ratios, key=abs)
+
+
+def test_a_rod_that_is_drawn_in_altogether_is_named():
+    """By effort the way ended where branches cross, at a length that was not its end."""
+    home = solve_home(load_robot(yaml.safe_load(ONE_FED_LEG)))
+    robot = home.robot
+    for solve in (
+        lambda: solve_inverse(robot, [-0.1]),
+        lambda: solve_forward_by_effort(robot, [5.0]),
+    ):
+        with pytest.raises(
+            NotReached, match="motor1 has drawn in its rod: no length is left"
+        ) as end:
+            solve()
+        assert end.value.event.kind == "lost"
+        assert 0.0 < end.value.last.motors[0] < 1e-6
+    assert robot.fed_rods.drawn_in(home.motors) == ""
