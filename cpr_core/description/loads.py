@@ -269,13 +269,19 @@ class Loads:
             return ()
         return tuple(name for name, part in self.parts.items() if part != other.parts[name])
 
-    def conservative(self, planar: bool) -> bool:
+    def conservative(self, planar: bool, point: bool = False) -> bool:
         """Whether all loads have a potential, so that energy decides stability (Section V-D).
 
         Moments in space and following forces have none; a moment in the plane has one, which
         ``Equilibrium.energy`` leaves out.
+
+        Args:
+            planar: Whether the robot stays in the plane.
+            point: Whether its platform is a point: that does not turn, and nothing follows it.
         """
-        return self._conservative_in_plane if planar else self._conservative_in_space
+        if planar:
+            return point or self._conservative_in_plane
+        return self._conservative_in_space
 
     @cached_property
     def parts(self) -> Mapping[str, Hashable]:

@@ -166,7 +166,7 @@ def _distance(equilibrium: Equilibrium, drive: DrivenBy) -> float:
 def _beside(start: Equilibrium, motors: Floats, loads: Loads) -> Equilibrium | None:
     """The equilibrium of a row in two single steps, of motors and of loads; None: a walk has to tell."""
     robot = start.robot
-    if not start.loads.conservative(robot.planar) or not loads.conservative(robot.planar):
+    if not robot.has_potential(start.loads) or not robot.has_potential(loads):
         return None
     moved = solve_near(start, MotorTarget(motors), stable_only=False)
     if moved is None or moved.loads is loads:
@@ -212,7 +212,7 @@ def _followed(before: Equilibrium, robot: Robot, problem: ProblemName, loads: Lo
     """One of them, with the motors held in one step: whoever tries robots tries one that is nearer."""
     if before.robot is robot:
         return before
-    if problem == "motors" and loads.conservative(robot.planar):
+    if problem == "motors" and robot.has_potential(loads):
         found = _under(before, robot, loads)
         if found is None:
             raise NotReached("no equilibrium is near the one of another robot", 0.0, before)

@@ -179,7 +179,7 @@ def _candidates(
     """
     for possible in loads or (robot.default_loads,):
         robot.load_arrays(possible)  # whether they are any
-        if not possible.conservative(robot.planar):
+        if not robot.has_potential(possible):
             raise InvalidRequest(
                 "loads",
                 "expected loads with a potential, as poses have to be stable: moments in space and "

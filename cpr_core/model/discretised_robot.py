@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..description.chain import ChainJoint
 from ..description.leg_description import DescribedMotor
+from ..description.loads import Loads
 from ..description.motors import MotorLimits
 from ..description.robot_description import RobotDescription
 from ..errors import DescriptionError
@@ -45,6 +46,10 @@ class DiscretisedRobot:
     def planar(self) -> bool:
         """Whether the robot lives in the plane z = 0."""
         return self.description.planar
+
+    def has_potential(self, loads: Loads) -> bool:
+        """Whether all of some loads have a potential here, see :meth:`Loads.conservative`."""
+        return loads.conservative(self.planar, self.description.point_platform)
 
     @cached_property
     def motor_names(self) -> tuple[str, ...]:

@@ -222,7 +222,7 @@ class Equilibrium(ModelState):
         False under loads without a potential (moments fixed in space, following wrenches): there
         `index_locked` does not tell.
         """
-        return self.index_locked == 0 and self.loads.conservative(self.robot.planar)
+        return self.index_locked == 0 and self.robot.has_potential(self.loads)
 
     @property
     def margin(self) -> float:

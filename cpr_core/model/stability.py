@@ -49,7 +49,7 @@ class Spectrum:
     @property
     def energy_criterion_applies(self) -> bool:
         """Whether energy decides stability: False where a non-conservative load acts."""
-        return self._solution.loads.conservative(self._solution.robot.planar)
+        return self._solution.robot.has_potential(self._solution.loads)
 
     @cached_property
     def smallest(self) -> float:

@@ -165,7 +165,7 @@ def robot_fields(solution: ContinuousEquilibrium) -> JacobiFields:
         InvalidRequest: A load without potential: then there is no energy to have an index.
     """
     robot, loads = solution.robot, solution.loads
-    if not loads.conservative(robot.planar):
+    if not robot.has_potential(loads):
         raise InvalidRequest("loads", "expected loads that have a potential")
     check_robot(robot, loads)
     legs, rotation = robot.description.legs, solution.platform_rotation

@@ -83,7 +83,7 @@ def energy_form(solution: ContinuousEquilibrium, u: float = 0.0) -> SecondVariat
         InvalidRequest: A load without potential.
     """
     robot, loads = solution.robot, solution.loads
-    if not loads.conservative(robot.planar):
+    if not robot.has_potential(loads):
         raise InvalidRequest("loads", "expected loads that have a potential")
     legs = [
         [step for step in steps if step.trajectory is not None] for steps in solution.balance.legs

@@ -178,7 +178,7 @@ class _Walk:
         return low.index != high.index
 
     def _conservative(self, loads: Loads) -> bool:
-        return loads.conservative(self.robot.planar)
+        return self.robot.has_potential(loads)
 
     def _refused(self, low: Point, high: Point | None) -> NotReached:
         """The error where no step leads on."""

@@ -160,7 +160,7 @@ def _critical(
     if not limit > value:
         least, given = distinct(value, limit, fewest=6)
         raise InvalidRequest("limit", f"expected more than {least}, got {given}")
-    if not start.loads.conservative(robot.planar):
+    if not robot.has_potential(start.loads):
         raise InvalidRequest(
             "loads", "expected loads with a potential: energy decides nothing here"
         )

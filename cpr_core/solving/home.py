@@ -221,7 +221,7 @@ def _what_keeps_it_open(held: Equilibrium) -> str:
 def _settled(robot: Robot, start: Equilibrium) -> Equilibrium | None:
     """Where the robot comes to rest under its loads, if growing loads make it snap or buckle."""
     loads = robot.default_loads
-    if not loads.conservative(robot.planar):
+    if not robot.has_potential(loads):
         return None
     found = settle(robot, Configuration.of(start), loads)
     if not found.converged or found.index_locked > 0 or turned_over(found) is not None:

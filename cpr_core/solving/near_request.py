@@ -65,7 +65,7 @@ def signs_tell(robot: Robot, loads: Loads, problem: str, stable_only: bool) -> b
 
     Those of stability are of the energy: under loads without a potential that of poses alone tells.
     """
-    return loads.conservative(robot.planar) or (problem == "pose" and not stable_only)
+    return robot.has_potential(loads) or (problem == "pose" and not stable_only)
 
 
 def _step(start: Equilibrium, target: Target, fraction: float = 1.0) -> Equilibrium | None:

@@ -43,8 +43,8 @@ class PathEquations:
         self._start, self._target, self._loads, self._robot = start, target, loads, robot
         self.loads_change = loads is not start.loads
         self._last_loads = robot.load_arrays(loads) if self.loads_change else start.load_arrays
-        self.conservative = loads.conservative(robot.planar) and (
-            not self.loads_change or start.loads.conservative(robot.planar)
+        self.conservative = robot.has_potential(loads) and (
+            not self.loads_change or robot.has_potential(start.loads)
         )
         self._columns, self._rows = robot.problems[target.problem]
         self._angles = target.problem == "pose" and robot.controls_angles

@@ -153,7 +153,7 @@ class HandledRobot:
         def solve() -> Equilibrium:
             way = self._from_current() | {"loads": loads}
             # Of loads without a potential no energy tells whether the robot stays stable.
-            way["stable_only"] = way["stable_only"] and loads.conservative(self.robot.planar)
+            way["stable_only"] = way["stable_only"] and self.robot.has_potential(loads)
             return solve_forward(self.robot, self.equilibrium.motors, **way)
 
         return self._ask(hand, solve, lambda: Asked(loads=loads))

@@ -84,6 +84,6 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
         held=held,
         given_motors=forward,
         orientation=Orientation.of(grid.orientation).value,
-        conservative=loads.conservative(robot.planar),
+        conservative=robot.has_potential(loads),
         tolerances=Tolerances(),
     )

@@ -190,7 +190,7 @@ class WorkspaceMap:
     @property
     def energy_criterion_applies(self) -> bool:
         """Whether energy decides stability: not under loads without a potential."""
-        return self.loads.conservative(self.robot.planar)
+        return self.robot.has_potential(self.loads)
 
     @cached_array
     def usable(self) -> Flags:

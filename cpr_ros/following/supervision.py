@@ -223,7 +223,7 @@ def verdict(
         text = _compared(assessment, nearest, "warning", thresholds[nearest])
     else:
         status, text = Status.NO_WARNING, "stable"
-    if not equilibrium.loads.conservative(equilibrium.robot.planar):
+    if not equilibrium.robot.has_potential(equilibrium.loads):
         # No energy decides: be as careful as the numbers say, but never call it stable.
         text = f"non-conservative load, energy does not decide stability ({text})"
         if status == Status.NO_WARNING:

@@ -11,6 +11,7 @@ import pytest
 from helpers.yaml_content import shipped_content
 from numpy.testing import assert_allclose
 
+from cpr_core import solve_forward, solve_home
 from cpr_core.description.inherited_loads import inherited_loads, overridden_loads
 from cpr_core.description.loads import DistributedForce, Loads, PointForce, checked_vector
 from cpr_core.errors import CprError, DescriptionError, InvalidRequest, NonFiniteInput
@@ -163,6 +164,21 @@ def test_in_space_moments_and_following_wrenches_have_no_potential(place):
 def test_in_the_plane_only_following_forces_have_no_potential(place):
     assert Loads.none().with_(wrench_world=unit(place)).conservative(True)
     assert Loads.none().with_(wrench_body=unit(place)).conservative(True) == (place == 2)
+    assert Loads.none().with_(wrench_body=unit(place)).conservative(True, point=True)
+
+
+def test_nothing_follows_a_platform_that_does_not_turn():
+    """Where the same force in the world was stable, one of the platform had no stability at all."""
+    robot = load_robot("rfrfr")
+    motors, force = solve_home(robot).motors, [0.0, 0.0, 0.0, 0.1, -0.2, 0.0]
+    world, body = (
+        solve_forward(robot, motors, loads=robot.default_loads.with_(**{name: force}))
+        for name in ("wrench_world", "wrench_body")
+    )
+    assert body.stable and world.stable
+    assert body.spectrum_locked.energy_criterion_applies
+    assert body.margin == pytest.approx(world.margin, rel=1e-12)
+    solve_forward(robot, motors + 0.01, start=body, stable_only=True)
 
 
 @pytest.mark.parametrize("planar", [True, False])

@@ -133,7 +133,7 @@ def test_without_a_potential_the_branch_is_told_as_by_walks(name, axes):
     loads = robot.default_loads.with_(
         **turning if robot.planar else {"wrench_world": [0.001, 0.002, 0.001, 0, 0, 0]}
     )
-    assert not loads.conservative(robot.planar)
+    assert not robot.has_potential(loads)
     found = map_workspace(robot, grid, loads=loads, workers=0, tolerance=0.0)
     assert found.reached.sum() > 8
     problem = cell_problem(robot, loads, grid)

@@ -102,7 +102,7 @@ def test_measured_it_is_without_the_wrench_that_acted_last(session, wrench):
     """One without a potential: nothing told where it is stable, and it could not be placed again."""
     wrench = {name: np.broadcast_to(values, 6) for name, values in wrench.items()}
     loads = session.robot.default_loads.with_(**wrench)
-    assert not loads.conservative(session.robot.planar)
+    assert not session.robot.has_potential(loads)
     measured = at(session).motors + 0.02
     pushed = solve_forward(session.robot, at(session).motors, loads=loads)
     begin_at(session, pushed, pushed.motors, 0.0)
