@@ -178,12 +178,13 @@ class KeptState:
             self._file.rewrite(self._content)
 
     def clear(self) -> bool:
-        """Take away what is in the file, so that nobody begins there; whether nobody will.
+        """Take away what is old in the file, so that nobody begins there; whether nobody will.
 
         A file that others have removed or replaced is not this one any more.
         """
         try:
-            if self._file.named:
+            old = is_header(self._file.read(HEADER_SIZE)) and not self._is_whole
+            if old and self._file.named:
                 self._file.clear()
         except OSError:
             return False
@@ -200,10 +201,15 @@ class KeptState:
         """
         if not self._own:
             return False
-        if self._file.named and self._file.read(len(self._content) + 1) == self._content:
+        if self._file.named and self._is_whole:
             return False
         self._file.rewrite(self._content)
         return True
+
+    @property
+    def _is_whole(self) -> bool:
+        """Whether what is to be in the file is."""
+        return self._file.read(len(self._content) + 1) == self._content
 
     def last(self) -> KnownPlace | None:
         """Where the robot was last; None if that is not known.

@@ -193,6 +193,19 @@ def test_what_can_neither_be_written_nor_taken_away_is_outdated_until_it_can(
     np.testing.assert_array_equal(remember().last_commands(), last.motors)
 
 
+def test_a_file_that_is_as_it_should_be_is_left_so_where_its_folder_is_closed(
+    file, remember, said, monkeypatch
+):
+    memory, last = remember(), place(2.7)
+    memory.keep(last)
+    whole = file.read_bytes()
+    with monkeypatch.context() as folder:
+        closed(folder)
+        memory.look_after_file(last)
+    assert len(said) == 1 and "cannot be kept" in said[0]
+    assert memory.outdated == "" and file.read_bytes() == whole
+
+
 def test_only_what_is_missed_four_times_in_a_row_is_made_anew(file, remember):
     """The node that has it may be about to mend it."""
     other = kept_by(file, ROBOT, [3.0, 0.3])
