@@ -113,8 +113,8 @@ def test_every_number_of_a_cell_is_that_of_scipy(name):
 @pytest.mark.parametrize(
     ("name", "axes"),
     [
-        ("rfrfr", "x y"),
-        ("rfrfr", "motor1 motor2"),
+        ("three_rfr_hubs", "x y"),
+        ("three_rfr_hubs", "motor1 motor2"),
         ("three_rfs", "z roll"),
         ("three_rfs", "motor1 motor2"),
         ("six_rfs", "x roll"),
@@ -123,11 +123,13 @@ def test_every_number_of_a_cell_is_that_of_scipy(name):
 def test_without_a_potential_the_branch_is_told_as_by_walks(name, axes):
     robot = load_robot(name, modes=3)
     home = solve_home(robot)
-    names = (*robot.motor_names, *"xyz", "roll", "pitch", "yaw")
+    names = (*robot.motor_names, *"xyz", "roll", "pitch", "yaw", "angle")
     angles = roll_pitch_yaw(home.platform_rotation)
+    angles = (*angles, angles[2])
     at = dict(zip(names, [*home.motors, *home.platform_position, *angles], strict=True))
     vary = {axis: [at[axis] - 0.01, at[axis] + 0.02] for axis in axes.split()}
-    held = {axis: at[axis] for axis in ("y", "z", "pitch", "yaw")} if name == "six_rfs" else None
+    others = {"six_rfs": ("y", "z", "pitch", "yaw"), "three_rfr_hubs": ("angle",)}.get(name, ())
+    held = None if "motor1" in vary else {axis: at[axis] for axis in others}
     grid = (motor_grid if "motor1" in vary else pose_grid)(robot, vary, held, resolution=0.01)
     turning = {"wrench_body": [0, 0, 0, 0.02, 0.01, 0]}
     loads = robot.default_loads.with_(

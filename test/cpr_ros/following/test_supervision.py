@@ -12,7 +12,7 @@ import pytest
 from cpr_msgs.msg import StabilityMetrics
 from helpers.drive import THRESHOLDS, robot
 
-from cpr_core import solve_home, solve_inverse
+from cpr_core import solve_forward, solve_home, solve_inverse
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.assessment import (
     MEASURES,
@@ -201,8 +201,9 @@ def test_nothing_is_below_its_warning_at_the_home_of_a_shipped_robot(name):
 
 
 def test_under_a_load_without_potential_nothing_is_called_stable():
-    loads = solve_home(robot("rfrfr")).loads.with_(wrench_body=[0, 0, 0, 0.01, 0, 0])
-    loaded = Assessment(solve_inverse(robot("rfrfr"), [0.0, 0.8], loads=loads))
+    home = solve_home(robot("three_rfr_hubs"))
+    loads = home.loads.with_(wrench_body=[0, 0, 0, 0.01, 0, 0])
+    loaded = Assessment(solve_forward(home.robot, home.motors, loads=loads))
     told = verdict(loaded, THRESHOLDS, MEASURES, previous=Action.NONE, hysteresis=0.1)
     assert told.status == Status.INVALID
     assert "non-conservative" in told.text

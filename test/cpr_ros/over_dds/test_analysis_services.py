@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from cpr_msgs.msg import ErrorCode
 from cpr_msgs.srv import CheckStability, GetKinematoStatics, Predict, SolveForward
+from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 import cpr_core
 
@@ -104,6 +106,18 @@ def test_prediction_forward_and_back(six_rfs, given):
     )
     assert back.error_code.val == ErrorCode.SUCCESS
     np.testing.assert_allclose(back.motor_increments, step, rtol=1e-6)
+
+
+def test_under_a_load_without_potential_stability_is_not_told(six_rfs):
+    pushed = WrenchStamped(header=Header(frame_id="platform"))
+    pushed.wrench.force.x = 0.02
+    motors = JointState(name=NAMES, position=MOTORS.tolist())
+    found = ask(six_rfs, SolveForward, "solve_forward", motors=motors, wrench=[pushed])
+    assert found.error_code.val == ErrorCode.SUCCESS, found.error_code.message
+    at = CheckStability.Request.AT_GIVEN
+    answer = ask(six_rfs, CheckStability, "check_stability", at=at, equilibrium=[found.solution])
+    assert answer.error_code.val == ErrorCode.SUCCESS, answer.error_code.message
+    assert not answer.energy_criterion_applies and not answer.stable
 
 
 @pytest.mark.parametrize("motors_are", ["locked", "free"])
