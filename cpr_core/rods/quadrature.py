@@ -95,11 +95,12 @@ def rod_grid(
     between = starts[:, None] + (stops - starts)[:, None] * parts
     stops = np.column_stack([between, stops]).ravel()
     steps, step_points = steps_to(stops)
+    integrals = integration_to(np.append(nodes, 1.0), edges, nodes_per_panel)
     node_at = {sigma: index for index, sigma in enumerate(nodes)}
     return RodGrid(
         nodes=nodes,
-        weights=integration_to(edges[-1:], edges, nodes_per_panel)[0],
-        integration=integration_to(nodes, edges, nodes_per_panel),
+        weights=integrals[-1],
+        integration=integrals[:-1],
         panel_nodes=nodes_per_panel,
         edges=edges,
         stops=stops,
