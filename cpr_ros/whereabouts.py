@@ -227,12 +227,12 @@ class Whereabouts:
 
         It would not where the motors are measured, or are to be, nor in a simulation.
         """
-        session = self._session
-        remembered = self._from in ("auto", "last") and session.tracking is None
-        if remembered and session.measured.newest(time.monotonic()) is None:
-            session.outgoing.unkept = self._memory.outdated
-        else:
-            session.outgoing.unkept = ""
+        session, outdated = self._session, self._memory.outdated
+        if outdated:  # hardly ever: nothing else is looked at in a tick
+            remembered = self._from in ("auto", "last") and session.tracking is None
+            if not remembered or session.measured.newest(time.monotonic()) is not None:
+                outdated = ""
+        session.outgoing.unkept = outdated
 
     def close(self) -> None:
         """Let the file go."""
