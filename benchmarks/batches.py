@@ -15,8 +15,8 @@ from functools import partial
 import numpy as np
 
 from cpr_core.workspace import motor_grid
-from cpr_core.workspace.batch_kernel import Arrivals, Cells
-from cpr_core.workspace.batches import Crew, Ways, arrivals_of, joined, no_guesses
+from cpr_core.workspace.batch_kernel import Arrivals, Cells, Ways
+from cpr_core.workspace.batches import Crew, arrivals_of, joined, no_guesses
 from cpr_core.workspace.cell_problem import CellProblem, cell_problem
 from cpr_core.workspace.first_cell import signs_row
 from cpr_core.workspace.way_kernel import ARRIVED

@@ -180,7 +180,7 @@ def _estimated(
     for _, reached in samples:
         row: dict[str, Any] = {}
         if "efforts" in measured:
-            deviation = EFFORT_DEVIATION * robot.arrays.energy_unit
+            deviation = EFFORT_DEVIATION * robot.kernel_arrays.energy_unit
             row |= {"efforts": reached.efforts, "effort_deviation": deviation}
         if "pose" in measured:
             pose = np.concatenate([reached.platform_position, reached.platform_quaternion])

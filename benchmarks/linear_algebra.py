@@ -46,7 +46,7 @@ def matrix_sizes(modes: tuple[int, ...]) -> dict[str, int]:
 def _matrix(name: str, modes: int) -> np.ndarray:
     """Dimensionless matrix of the forward problem, in the order LAPACK wants."""
     start = walk_of(name, modes, "forward").start
-    arrays = start.robot.arrays
+    arrays = start.robot.kernel_arrays
     size = arrays.motor_index
     unit = arrays.unit[:size]
     matrix = start.tangent[:size, :size] * unit[:, None] * unit / arrays.energy_unit

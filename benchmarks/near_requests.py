@@ -55,8 +55,6 @@ def straight_stewart_gough() -> dict[str, Any]:
     """
     content = yaml.safe_load(Path(shipped_robots()["gough_stewart"]).read_text(encoding="utf-8"))
     content["name"] = "straight_stewart_gough"
-    for name in ("young_modulus", "shear_modulus"):  # YAML takes 210e9 for a word
-        content["rod"][name] = float(content["rod"][name])
     content["rod"]["length"] = ROD_LENGTH
     content["rod"]["section"]["radius"] = ROD_RADIUS
     content["gravity"] = [0.0, 0.0, 0.0]
@@ -134,7 +132,7 @@ def _small(start: Equilibrium, problem: str, change: Floats) -> Floats:
         units += [1.0] * (len(change) - len(units))
         return np.asarray(SMALL_STEPS[problem] * np.array(units) * change)
     efforts = kinemato_statics(start).efforts_by_motors @ (SMALL_WAY * motor_units * change)
-    natural = efforts * motor_units / (EFFORT_UNIT * robot.arrays.energy_unit)
+    natural = efforts * motor_units / (EFFORT_UNIT * robot.kernel_arrays.energy_unit)
     return np.asarray(efforts * min(1.0, SMALL_EFFORTS / np.abs(natural).max()))
 
 

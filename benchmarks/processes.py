@@ -27,10 +27,10 @@ import cpr_core
 imported = time.perf_counter()
 busy_imported = time.process_time()
 robot = cpr_core.load_robot("six_rfs")
-here = cpr_core.solve_forward(robot, cpr_core.solve_home(robot).motors + 0.02)
+bent = cpr_core.solve_forward(robot, cpr_core.solve_home(robot).motors + 0.02)
 solved = time.perf_counter()
 busy_solved = time.process_time()
-assert here.converged
+assert bent.converged
 import json
 from pathlib import Path
 peak = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0]) / 1024.0
@@ -49,9 +49,9 @@ from pathlib import Path
 import numpy as np
 import cpr_core
 robot = cpr_core.load_robot("six_rfs", modes=12)
-home = here = cpr_core.solve_home(robot)
+home = bent = cpr_core.solve_home(robot)
 for number in range(1000):
-    here = cpr_core.solve_forward(robot, home.motors + 0.1 * np.sin(0.01 * number), start=here)
+    bent = cpr_core.solve_forward(robot, home.motors + 0.1 * np.sin(0.01 * number), start=bent)
 peak = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0]) / 1024.0
 print(json.dumps(peak))
 """

@@ -186,15 +186,15 @@ def residual(equilibrium: Equilibrium) -> float:
         equilibrium.platform_rotation,
         equilibrium.platform_position,
     )
-    rows = np.arange(robot.arrays.motor_index)
-    unit = robot.arrays.unit[rows] / robot.arrays.energy_unit
+    rows = np.arange(robot.kernel_arrays.motor_index)
+    unit = robot.kernel_arrays.unit[rows] / robot.kernel_arrays.energy_unit
     return float(np.abs(value.residual[rows] * unit).max())
 
 
 def distance(first: Equilibrium, second: Equilibrium) -> float:
     """Largest dimensionless difference of two equilibria."""
     return max(
-        float(np.abs((first.state - second.state) / first.robot.arrays.unit).max()),
+        float(np.abs((first.state - second.state) / first.robot.kernel_arrays.unit).max()),
         float(np.abs(first.platform_rotation - second.platform_rotation).max()),
         float(
             np.abs(first.platform_position - second.platform_position).max()

@@ -19,7 +19,8 @@ from cpr_core import (
     solve_home,
     solve_inverse,
 )
-from cpr_core.reference.continuous_rods import ContinuousEquilibrium, follow_platform
+from cpr_core.reference.continuous_equilibrium import ContinuousEquilibrium
+from cpr_core.reference.continuous_rods import follow_platform
 from cpr_core.reference.finite_differences import (
     follow_finite_differences,
     solve_finite_differences,

@@ -13,11 +13,8 @@ from numpy.typing import NDArray
 
 from cpr_core import Equilibrium, Robot, load_robot, solve_forward, solve_home
 from cpr_core.lie import quaternion_from_rotation, rotation_exp, rotation_from_quaternion
-from cpr_core.reference.continuous_rods import (
-    ContinuousEquilibrium,
-    follow_motors,
-    solve_continuous_rough,
-)
+from cpr_core.reference.continuous_equilibrium import ContinuousEquilibrium
+from cpr_core.reference.continuous_rods import follow_motors, solve_continuous_rough
 
 __all__ = ["RFRFR", "SIX_RFS", "SLICE", "SLICE_ROTATION", "Case", "slice_pose"]
 

@@ -92,7 +92,7 @@ def play(film: Film, page: Page, home: cpr_core.Equilibrium) -> None:
         page.do("platform", lambda handled: handled.move_platform(position, turned))
 
     def push(fraction: float) -> None:
-        unit = home.robot.arrays.energy_unit / home.robot.mean_length
+        unit = home.robot.kernel_arrays.energy_unit / home.robot.mean_length
         force = unit * 2.0 * np.sin(np.pi * fraction) * np.array([1.0, 0.0, -0.4])
         page.do("force", lambda handled: handled.push(force))
 

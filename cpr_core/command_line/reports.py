@@ -116,7 +116,7 @@ def equilibrium_as_text(equilibrium: Equilibrium) -> str:
 def _strain_as_text(equilibrium: Equilibrium) -> list[str]:
     """The bending strain nearest to its limit, else the largest; no line where none is known."""
     robot, strains = equilibrium.robot, bending_strains(equilibrium)
-    limits = robot.strain_limits
+    limits = robot.yield_strains
     counts = np.where(np.isfinite(limits), strains / limits, np.nan)
     if not robot.limits_strain:
         counts = strains

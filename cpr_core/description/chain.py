@@ -28,7 +28,6 @@ from .chain_element import ChainElement
 from .motors import FARTHEST, LEAD, OFFSET, UNDRIVEN, Drive
 
 __all__ = [
-    "ChainElement",
     "ChainJoint",
     "ChainRod",
     "DescribedJoint",

@@ -9,7 +9,8 @@ from dataclasses import replace
 
 from ..description_part import Part
 from ..rods.rod import Rod
-from .chain import ChainElement, ChainRod, Link
+from .chain import ChainRod, Link
+from .chain_element import ChainElement
 from .chain_joints import CHAIN_JOINTS
 from .described_rods import described_modes, described_rod
 from .joints import JOINTS

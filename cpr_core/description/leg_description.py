@@ -17,7 +17,8 @@ from ..description_part import Vector, triple
 from ..lie import rotation_exp
 from ..rods.rod import Rod, StrainModes
 from ..validation import cached_property
-from .chain import ChainElement, ChainJoint, ChainRod, Shift, Turn
+from .chain import ChainJoint, ChainRod, Shift, Turn
+from .chain_element import ChainElement
 from .joints import Joint
 from .motors import NO_LIMITS, UNDRIVEN, Drive, Motor, MotorLimits
 

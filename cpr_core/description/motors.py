@@ -70,9 +70,9 @@ class MotorLimits:
 
 NO_LIMITS = MotorLimits()
 
-#: Schema of the zero of a motor, and of what is between it and its joint.
 #: Places of a joint beyond this are rounding, as turns and as lengths [rad or m].
 FARTHEST = {"minimum": -1e9, "maximum": 1e9}
+#: Schema of the zero of a motor, and of what is between it and its joint.
 OFFSET = FARTHEST | {
     "type": "number",
     "description": "where the joint is, or how long the rod, at zero of the motor [rad or m]; default 0",

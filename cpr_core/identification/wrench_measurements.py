@@ -88,7 +88,7 @@ class WrenchMeasurements:
             _NO_EFFORTS if self.efforts is None else self.efforts,
             _NO_PLACE if self.position is None else self.position,
             self.rotation,
-            robot.arrays.platform_axes,
+            robot.kernel_arrays.platform_axes,
             self.weights.rows,
             equilibrium.record,
             robot.state_size,

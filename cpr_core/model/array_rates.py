@@ -231,7 +231,7 @@ def _rates(
 @kept_with_robot
 def _kinds(robot: Robot) -> tuple[NDArray[np.bool_], Integers]:
     """Which numbers are floats, and where arrays begin: the same for all loads."""
-    own = robot.arrays, robot.load_arrays(robot.default_loads)
+    own = robot.kernel_arrays, robot.load_arrays(robot.default_loads)
     return are_floats(*own), array_starts(*own)
 
 
@@ -242,7 +242,7 @@ def _legs(robot: Robot) -> Floats:
 
 
 def _numbers(robot: Robot, loads: Loads) -> Floats:
-    return numbers_of(robot.arrays, robot.load_arrays(loads))
+    return numbers_of(robot.kernel_arrays, robot.load_arrays(loads))
 
 
 def _numbers_beside(robot: Robot, beside: Robot, loads: Loads) -> Floats:
@@ -250,4 +250,4 @@ def _numbers_beside(robot: Robot, beside: Robot, loads: Loads) -> Floats:
     if beside is robot:
         return _numbers(robot, loads)
     theirs = inherited_loads(loads, robot.default_loads, beside.default_loads)
-    return numbers_of(beside.arrays, beside.load_arrays(theirs))
+    return numbers_of(beside.kernel_arrays, beside.load_arrays(theirs))

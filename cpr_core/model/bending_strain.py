@@ -49,6 +49,6 @@ def strain_reserves(robot: Robot, strains: Floats) -> Floats:
         robot: The robot.
         strains: Largest bending strain of every rod, (..., R).
     """
-    limited = np.isfinite(robot.strain_limits)
-    found: Floats = 1.0 - strains[..., limited] / robot.strain_limits[limited]
+    limited = np.isfinite(robot.yield_strains)
+    found: Floats = 1.0 - strains[..., limited] / robot.yield_strains[limited]
     return found

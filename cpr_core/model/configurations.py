@@ -78,13 +78,13 @@ def leg_units(robot: Robot) -> Floats:
     The other units are infinite: motors are given, multipliers follow.
     """
     state = np.full(robot.state_size, np.inf)
-    state[robot.elastic_indices] = robot.arrays.unit[robot.elastic_indices]
+    state[robot.elastic_indices] = robot.kernel_arrays.unit[robot.elastic_indices]
     return _units(robot, state)
 
 
 @kept_with_robot
 def _whole_units(robot: Robot) -> Floats:
-    return _units(robot, robot.arrays.unit)
+    return _units(robot, robot.kernel_arrays.unit)
 
 
 def _units(robot: Robot, state: Floats) -> Floats:

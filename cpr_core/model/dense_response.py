@@ -60,12 +60,12 @@ def body_tangent(solution: ModelState) -> Floats:
 def dense_response(solution: ModelState) -> DenseResponse:
     """Solve with the tangent at an equilibrium, for every motor and every wrench."""
     robot, tangent = solution.robot, body_tangent(solution)
-    inner = robot.arrays.motor_index
+    inner = robot.kernel_arrays.motor_index
     motors, platform = robot.motor_indices, robot.platform_indices
     right = np.zeros((inner, len(motors) + len(platform)))
     right[:, : len(motors)] = -tangent[:inner, motors]
     right[platform, len(motors) + np.arange(len(platform))] = 1.0
-    unit = robot.arrays.unit[:inner]
+    unit = robot.kernel_arrays.unit[:inner]
     scaled = tangent[:inner, :inner] * unit[:, None] * unit
     moved = unit[:, None] * scipy.linalg.solve(scaled, unit[:, None] * right)
     efforts = tangent[motors, :inner] @ moved

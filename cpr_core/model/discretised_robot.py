@@ -271,14 +271,14 @@ class DiscretisedRobot:
         return limits.motors + np.where(limits.of_effort, self.state_size + EFFORT, positions)
 
     @cached_array
-    def strain_limits(self) -> Floats:
+    def yield_strains(self) -> Floats:
         """Bending strain every rod bears (its yield strain), infinite where not given, (R,)."""
         return np.array([rod.element.rod.yield_strain for rod in self.numbers.rods])
 
     @cached_property
     def limits_strain(self) -> bool:
         """Whether any rod has a yield strain."""
-        return bool(np.isfinite(self.strain_limits).any())
+        return bool(np.isfinite(self.yield_strains).any())
 
     @cached_property
     def limits_effort(self) -> bool:

@@ -110,7 +110,7 @@ class Equilibrium(ModelState):
     @cached_property
     def motors(self) -> Floats:
         """Motor positions q_a, (n,) [rad or m]."""
-        return self.state[self.robot.arrays.motor_index :]
+        return self.state[self.robot.kernel_arrays.motor_index :]
 
     @property
     def leg_coordinates(self) -> Floats:

@@ -50,7 +50,7 @@ def corrected_record(
         the residual is infinite and no sign is known.
     """
     size, motors = robot.state_size, robot.motor_count
-    records, kept = record[None].copy(), kept_factors(robot.arrays)
+    records, kept = record[None].copy(), kept_factors(robot.kernel_arrays)
     given = record[None, size - motors : size].copy()
     converged = continue_prepared(
         robot.prepared,

@@ -48,7 +48,7 @@ def stepped(
         mode: Of ``continue_equilibria``; other robots and loads than at the start: UNPREDICTED.
         residual: Largest dimensionless residual.
     """
-    records, factors = new_record(robot, 1), kept_factors(robot.arrays)
+    records, factors = new_record(robot, 1), kept_factors(robot.kernel_arrays)
     if not continue_prepared(
         robot.prepared,
         load_arrays,
@@ -81,7 +81,7 @@ def stepped_twice(
         given: What is imposed, two rows.
     """
     robot, loads, load_arrays = start.robot, start.loads, start.load_arrays
-    records, factors = new_record(robot, 2), kept_factors(robot.arrays, 2)
+    records, factors = new_record(robot, 2), kept_factors(robot.kernel_arrays, 2)
     tolerances = RESIDUAL_TOLERANCE, ITERATIONS, CONTRACTION
     imposed = load_arrays, PROBLEMS[problem], given, WATCHED
     known = start.record, start.factors
@@ -89,7 +89,7 @@ def stepped_twice(
         return None
     first, second = records
     second[robot.state_size + STEPS] += first[robot.state_size + STEPS]
-    count = robot.arrays.kept_count
+    count = robot.kernel_arrays.kept_count
     return (
         Equilibrium(robot, loads, load_arrays, first, factors[:count]),
         Equilibrium(robot, loads, load_arrays, second, factors[count:]),

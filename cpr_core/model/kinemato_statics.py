@@ -317,7 +317,7 @@ class KinematoStatics(LinearProblems):
                 beside what it takes in other directions. Or no stiffness of motors.
         """
         robot, compliance = self.equilibrium.robot, self.compliance(motor_stiffness)
-        unit = robot.arrays.unit[robot.platform_indices]
+        unit = robot.kernel_arrays.unit[robot.platform_indices]
         scaled = compliance / unit[:, None] / unit
         of_rod = 1.0 / problem_units(robot, None).energy
         directions, values, _ = np.linalg.svd(scaled)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.chain import ChainElement
+from ..description.chain_element import ChainElement
 from ..description.leg_description import LegDescription
 from ..kernels.kernel_arrays import Element
 from ..kernels.lanes import WIDTH

@@ -244,11 +244,11 @@ class LinearProblems:
 
     def _sign(self, problem: LinearProblem) -> int:
         """Sign of the determinant of the problem's own equations: free of the basis Z; 0: not square."""
-        robot, unit = self.equilibrium.robot, self.equilibrium.robot.arrays.unit
+        robot, unit = self.equilibrium.robot, self.equilibrium.robot.kernel_arrays.unit
         if problem == "inverse" and robot.redundancy:
             return 0
-        inner, platform = robot.arrays.motor_index, robot.platform_indices
-        legs = np.arange(robot.arrays.platform_index)
+        inner, platform = robot.kernel_arrays.motor_index, robot.platform_indices
+        legs = np.arange(robot.kernel_arrays.platform_index)
         rows, columns = np.arange(inner), [self.tangent[:, legs] * unit[legs]]
         columns.append(self.tangent[:, platform] @ self._free_motions(problem, unit[platform]))
         if problem != "forward":

@@ -104,7 +104,10 @@ class LinearisedState(ModelState):
     @cached_property
     def linearisation(self) -> Linearisation:
         """Margin, smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
-        size, known = len(self.robot.arrays.border_indices), self.__dict__.get("condensed_margin")
+        size, known = (
+            len(self.robot.kernel_arrays.border_indices),
+            self.__dict__.get("condensed_margin"),
+        )
         matrix = np.empty((size, size))
         (margin, locked, free), answered = self._found(True, matrix)
         response = Response(matrix, self.robot.motor_count) if answered else None

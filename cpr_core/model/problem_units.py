@@ -43,7 +43,7 @@ class ProblemUnits:
     @property
     def motions(self) -> Floats:
         """Unit motions as columns, strains by their L2 norm along the rod, in state order, (N, N)."""
-        return self.robot.unit_motions * (self.states / self.robot.arrays.unit)
+        return self.robot.unit_motions * (self.states / self.robot.kernel_arrays.unit)
 
     def scales(self, unknowns: NDArray[np.int64], equations: NDArray[np.int64]) -> ProblemScales:
         """The natural units of a problem as parts of these, strains by their L2 norm along the rod.
@@ -52,7 +52,7 @@ class ProblemUnits:
             unknowns: State indices beside those of the legs.
             equations: State indices beside those of the legs.
         """
-        robot, arrays = self.robot, self.robot.arrays
+        robot, arrays = self.robot, self.robot.kernel_arrays
         norms, oblique = _mode_norms(robot)
         states, energy = norms * arrays.unit / self.states, self.energy / arrays.energy_unit
         legs = np.arange(arrays.platform_index)
@@ -116,7 +116,7 @@ def _gram_factors(robot: Robot, rods: list[RodNumbers]) -> tuple[Integers, Integ
 
 def _units(robot: Robot, ratio: float) -> ProblemUnits:
     """For a length that is so many natural ones."""
-    arrays = robot.arrays
+    arrays = robot.kernel_arrays
     unit = arrays.unit.copy()
     shifts: set[int] = set()  # a motor may be in several legs
     for leg, chain in zip(robot.numbers.legs, robot.description.legs, strict=True):

@@ -113,7 +113,7 @@ def _asked(equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> Hashabl
 @partial(kept_with_robot, most=_KEPT, by=_asked)
 def _plan(robot: Robot, equilibrium: Equilibrium, parameters: Sequence[Parameter]) -> _Plan:
     """How parameters are varied, tried at a bent state."""
-    arrays = robot.arrays
+    arrays = robot.kernel_arrays
     rates = array_rates(robot, equilibrium.loads, parameters)
     first_load = VariedNumbers.of(robot, equilibrium.load_arrays).robot_count
     loads = any(len(own.places) and own.places[-1] >= first_load for own in rates)
@@ -155,7 +155,7 @@ def _bent(equilibrium: Equilibrium) -> Floats:
 
     At home a motor at zero, or a level platform, hides what a parameter does elsewhere.
     """
-    robot, arrays = equilibrium.robot, equilibrium.robot.arrays
+    robot, arrays = equilibrium.robot, equilibrium.robot.kernel_arrays
     size = robot.state_size
     record, change = equilibrium.record.copy(), _BENT * np.cos(1.0 + 2.3 * np.arange(size))
     for rod in robot.fed_rods.rods:  # none becomes as short as nothing

@@ -197,7 +197,7 @@ class Robot(DiscretisedRobot):
         return Robot(with_parameters(self.description, values), self.held_motors)
 
     @cached_property
-    def arrays(self) -> RobotArrays:
+    def kernel_arrays(self) -> RobotArrays:
         """The robot as the kernels see it.
 
         Raises:
@@ -226,7 +226,9 @@ class Robot(DiscretisedRobot):
             return memory.prepared
         except AttributeError:
             memory.prepared = PreparedRobot(
-                self.arrays, workspace(self.arrays), pencil_of(self.arrays, self.strain_grams)
+                self.kernel_arrays,
+                workspace(self.kernel_arrays),
+                pencil_of(self.kernel_arrays, self.strain_grams),
             )
             return memory.prepared
 
@@ -253,7 +255,7 @@ class Robot(DiscretisedRobot):
         return {
             "motors": SquareSystem(platform, platform),
             "efforts": SquareSystem(both, both),
-            "pose": SquareSystem(read_only(self.arrays.inverse_unknowns.copy()), platform),
+            "pose": SquareSystem(read_only(self.kernel_arrays.inverse_unknowns.copy()), platform),
         }
 
     @cached_property

@@ -63,7 +63,7 @@ def softest_motion(equilibrium: Equilibrium, size: SizeOfMotion) -> SoftestMotio
     """The motions of the smallest eigenvalue; None where there is none, or one stores no energy."""
     robot = equilibrium.robot
     moving = robot.moving_indices
-    held, unit = robot.multiplier_indices, robot.arrays.unit[moving]
+    held, unit = robot.multiplier_indices, robot.kernel_arrays.unit[moving]
     tangent = equilibrium.tangent
     stiffness, constraints = tangent[np.ix_(moving, moving)], tangent[np.ix_(held, moving)]
     stiffness = 0.5 * (stiffness + stiffness.T)

@@ -68,7 +68,7 @@ def array_starts(robot: RobotArrays, loads: LoadArrays) -> Integers:
 
 def legs_of_numbers(robot: Robot, loads: LoadArrays) -> Floats:
     """Which leg a number is of, -1: of none, or of all; in the order of ``numbers_of``."""
-    arrays = robot.arrays
+    arrays = robot.kernel_arrays
     # A lane without leg repeats the last leg of its group.
     lanes = np.where(arrays.lane_leg < 0, arrays.lane_leg.max(1, keepdims=True), arrays.lane_leg)
     own = {name: np.zeros_like(getattr(arrays, name)) for name in _MECHANICS}
@@ -109,7 +109,7 @@ class VariedNumbers:
 
     def __init__(self, robot: Robot, loads: LoadArrays) -> None:
         """Copy them."""
-        arrays = robot.arrays
+        arrays = robot.kernel_arrays
         own, others = _robot_numbers(arrays), _load_numbers(loads)
         self.numbers = _aligned(len(own) + len(others))
         self.memory = np.empty(len(self.numbers))

@@ -62,13 +62,13 @@ def wrench_units(robot: Robot) -> Floats:
 @kept_with_robot
 def effort_units(robot: Robot) -> Floats:
     """Natural units of motor efforts, (n,) [N m or N]."""
-    return robot.arrays.energy_unit / robot.motor_units
+    return robot.kernel_arrays.energy_unit / robot.motor_units
 
 
 @kept_with_robot
 def twist_units(robot: Robot) -> Floats:
     """Natural units of the platform coordinates, (b,) [rad, m]."""
-    return robot.arrays.unit[robot.platform_indices]
+    return robot.kernel_arrays.unit[robot.platform_indices]
 
 
 def world_response(equilibrium: Equilibrium) -> WorldResponse:
@@ -76,7 +76,7 @@ def world_response(equilibrium: Equilibrium) -> WorldResponse:
 
     Where they cannot be condensed from `kinemato_statics`, which takes milliseconds.
     """
-    border = border_of(equilibrium.robot.arrays, equilibrium.factors)
+    border = border_of(equilibrium.robot.kernel_arrays, equilibrium.factors)
     if border is None:
         return _dense(equilibrium)
     size = len(equilibrium.robot.platform_axes)
@@ -100,7 +100,7 @@ def _dense(equilibrium: Equilibrium) -> WorldResponse:
     Nothing is inverted: a rigid leg may leave the platform no way to move with the motors held.
     """
     robot, model = equilibrium.robot, kinemato_statics(equilibrium)
-    energy = robot.arrays.energy_unit
+    energy = robot.kernel_arrays.energy_unit
     turn = platform_turn(equilibrium)
     lengths, motors = twist_units(robot), robot.motor_units
     # Of natural wrenches, and to natural twists.

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.chain import ChainElement, ChainJoint, ChainRod, Link, Shift, Turn
+from ..description.chain import ChainJoint, ChainRod, Link, Shift, Turn
+from ..description.chain_element import ChainElement
 from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..model.robot import Robot

@@ -37,7 +37,6 @@ from .shooting_robot import (
 )
 
 __all__ = [
-    "ContinuousEquilibrium",
     "follow_motors",
     "follow_platform",
     "solve_continuous",
@@ -125,7 +124,7 @@ def solve_continuous(
     if not shooting_knows(robot, loads):
         found = solve_chains(equilibrium, motors_held=held == "motors", method=method)
         return _near(equilibrium, found)
-    axes = robot.arrays.position_axes
+    axes = robot.kernel_arrays.position_axes
     tip_forces = np.zeros((robot.motor_count, 3))
     tip_forces[:, axes] = equilibrium.multipliers.reshape(-1, len(axes))
     density = force_per_length(robot, loads)

@@ -30,7 +30,7 @@ from ..kernels.square_problem import RESIDUAL_TOLERANCE
 from ..model.robot import Robot
 from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector
-from .continuous_rods import ContinuousEquilibrium
+from .continuous_equilibrium import ContinuousEquilibrium
 from .rod_integration import frame
 
 __all__ = [

@@ -185,7 +185,7 @@ class LiteralEquilibrium:
 def _evaluate(at: LiteralEquilibrium) -> tuple[Floats, Floats, Floats]:
     """Eq. (32): residual, derivative by the unknowns, derivative by the motors."""
     robot, legs = at.robot, at.robot.description.legs
-    axes = robot.arrays.position_axes
+    axes = robot.kernel_arrays.position_axes
     n, held = len(legs), len(axes)
     elastic, free = len(at.strain), robot.platform_axes
     # Rows: motors, elastic, platform, constraints. Columns: q_e, tau_a, lambda, Sigma_p.
@@ -306,7 +306,7 @@ def solve_literally(equilibrium: Equilibrium) -> LiteralEquilibrium:
         acting.append(loads.gravity)
     if loads.distributed or loads.points or any(np.any(vector) for vector in acting):
         raise InvalidRequest("loads", "expected none")
-    axes = robot.arrays.position_axes
+    axes = robot.kernel_arrays.position_axes
     forces = np.zeros((len(legs), 3))
     forces[:, axes] = equilibrium.multipliers.reshape(-1, len(axes))
     strain = equilibrium.leg_coordinates

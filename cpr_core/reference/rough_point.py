@@ -46,7 +46,7 @@ def rough_point(model: ChainRobot, equilibrium: Equilibrium) -> ChainPoint:
     nodes: dict[NodePlace, ChainState] = {}
     for number, leg in enumerate(model.legs):
         tip_force = np.zeros(3)
-        tip_force[robot.arrays.position_axes] = values[robot.numbers.legs[number].forces]
+        tip_force[robot.kernel_arrays.position_axes] = values[robot.numbers.legs[number].forces]
         strains = [values[rod.strain] for rod in robot.numbers.legs[number].rods]
         wrenches[number], own = _rough_leg(leg, values, strains, tip_force, rotation)
         nodes |= own

@@ -54,7 +54,7 @@ def with_best_multipliers(robot: Robot, loads: LoadArrays, shape: Configuration)
 
     The residual is linear in the multipliers: they are a least-squares solution.
     """
-    arrays, columns = robot.arrays, robot.multiplier_indices
+    arrays, columns = robot.kernel_arrays, robot.multiplier_indices
     state = shape.state.copy()
     state[columns] = 0.0
     value = evaluate(robot, loads, *shape._replace(state=state))
@@ -101,7 +101,7 @@ def settle(
             return found
         # A saddle: along its softest motion the energy falls, to the one side or the other.
         side = 0.3 if kick % 2 == 0 else -0.3
-        whole, unit = found.spectrum_locked, robot.arrays.unit[moving]
+        whole, unit = found.spectrum_locked, robot.kernel_arrays.unit[moving]
         motion = softest_side(whole.eigenvalues, whole.motions[moving] / unit[:, None])
         shape = moved_shape(robot, Configuration.of(found), moving, side * motion)
         springs = _SPRINGS[3:]
@@ -138,12 +138,12 @@ def _spring_state(
     robot: Robot, forces: LoadArrays, shape: Configuration, stiffness: float
 ) -> Floats:
     """The state with spring forces as multipliers."""
-    held, unit = robot.multiplier_indices, robot.arrays.unit
+    held, unit = robot.multiplier_indices, robot.kernel_arrays.unit
     state = shape.state.copy()
     state[held] = 0.0
     gaps = evaluate(robot, forces, *shape._replace(state=state)).residual[held]
     # A gap times its multiplier's unit over the unit of energy is dimensionless.
-    state[held] = stiffness * gaps * unit[held] ** 2 / robot.arrays.energy_unit
+    state[held] = stiffness * gaps * unit[held] ** 2 / robot.kernel_arrays.energy_unit
     return state
 
 
@@ -152,7 +152,7 @@ def _with_springs(
 ) -> tuple[float, ModelValue]:
     """Dimensionless energy of rods and springs, and the model with the spring forces."""
     state = _spring_state(robot, forces, shape, stiffness)
-    held, arrays = robot.multiplier_indices, robot.arrays
+    held, arrays = robot.multiplier_indices, robot.kernel_arrays
     value = evaluate(robot, forces, *shape._replace(state=state))
     gaps = value.residual[held] * arrays.unit[held] / arrays.energy_unit
     return value.energy / arrays.energy_unit + 0.5 * stiffness * float(gaps @ gaps), value
@@ -168,7 +168,7 @@ def _descended(
     flat: float,
 ) -> Configuration:
     """Minimum of the energy of rods and springs, by Newton steps turned downhill along every axis."""
-    arrays, held = robot.arrays, robot.multiplier_indices
+    arrays, held = robot.kernel_arrays, robot.multiplier_indices
     unit, units = arrays.unit[moving], np.outer(arrays.unit, arrays.unit) / arrays.energy_unit
     within, across = np.ix_(moving, moving), np.ix_(held, moving)
     energy, value = _with_springs(robot, forces, shape, stiffness)
@@ -239,5 +239,5 @@ def moved_shape(
 ) -> Configuration:
     """A shape after a dimensionless change of some of its coordinates."""
     whole = np.zeros(len(shape.state))
-    whole[moving] = change * robot.arrays.unit[moving]
+    whole[moving] = change * robot.kernel_arrays.unit[moving]
     return displaced(robot, *shape, whole)

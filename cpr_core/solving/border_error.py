@@ -76,8 +76,8 @@ def border_error(
             np.searchsorted(start.robot.platform_axes, controlled)
         ]
     found = _softening(border, start)
-    size, unit = start.robot.state_size, start.robot.arrays.unit
-    balance = np.s_[: start.robot.arrays.motor_index]
+    size, unit = start.robot.state_size, start.robot.kernel_arrays.unit
+    balance = np.s_[: start.robot.kernel_arrays.motor_index]
     held = size - len(imposed) + np.arange(len(imposed))
     matrix, rest = np.zeros((size + 1, size + 1)), np.zeros(size + 1)
     matrix[balance, :size], rest[balance] = found.tangent[balance], -found.residual[balance]
@@ -123,7 +123,7 @@ def _softening(border: Equilibrium, start: Equilibrium) -> _Softening:
     _, lost = _eigenvectors(
         border, _dimensionless(border, Configuration.of(border), border.loads)[1]
     )
-    units = border.robot.arrays.unit, start.robot.arrays.unit
+    units = border.robot.kernel_arrays.unit, start.robot.kernel_arrays.unit
     lost = embedding_of(border.robot, start.robot) @ (lost[:, 0] * units[0]) / units[1]
     place = Configuration.of(start)
     residual, tangent = _dimensionless(start, place, start.loads)
@@ -140,7 +140,7 @@ def _softening(border: Equilibrium, start: Equilibrium) -> _Softening:
 
 def _eigenvectors(equilibrium: Equilibrium, tangent: Floats) -> tuple[Floats, Floats]:
     """Eigenvalues and vectors of a tangent with the motors held, the one nearest to zero first."""
-    free = equilibrium.robot.arrays.motor_index
+    free = equilibrium.robot.kernel_arrays.motor_index
     eigenvalues, found = np.linalg.eigh(tangent[:free, :free])
     order = np.argsort(np.abs(eigenvalues))
     vectors = np.zeros((len(tangent), free))
@@ -153,7 +153,7 @@ def _dimensionless(
 ) -> tuple[Floats, Floats]:
     """Residual (N,) and symmetric tangent (N, N) of a place of the robot of an equilibrium."""
     robot = equilibrium.robot
-    unit = robot.arrays.unit
+    unit = robot.kernel_arrays.unit
     value = evaluate(robot, robot.load_arrays(loads), *place)
     tangent = unit[:, None] * value.tangent * unit
     return unit * value.residual, 0.5 * (tangent + tangent.T)

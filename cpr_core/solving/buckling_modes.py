@@ -48,9 +48,12 @@ def buckling_modes(exact: Equilibrium) -> list[int]:
         chord = (tip.position - described.base_position)[: leg.forces.stop - leg.forces.start]
         distance = float(np.linalg.norm(chord))
         if distance > 0.0:
-            pushed[leg.forces] += robot.arrays.unit[leg.forces] * chord / distance
+            pushed[leg.forces] += robot.kernel_arrays.unit[leg.forces] * chord / distance
     place = exact.platform_rotation, exact.platform_position
-    units = np.outer(robot.arrays.unit, robot.arrays.unit) / robot.arrays.energy_unit
+    units = (
+        np.outer(robot.kernel_arrays.unit, robot.kernel_arrays.unit)
+        / robot.kernel_arrays.energy_unit
+    )
     tangent = units * evaluate(robot, exact.load_arrays, exact.state, *place).tangent
     stiffened = units * evaluate(robot, exact.load_arrays, pushed, *place).tangent - tangent
     found, first_of_platform = [], robot.numbers.platform_index

@@ -149,14 +149,14 @@ class _Walker:
         """Go until the end."""
         arrived = True
         try:
-            last = self._go().equilibrium
+            last = self._to_the_end().equilibrium
             if last.iterations != self.path.iterations:
                 last = last.with_iterations(self.path.iterations)
         except _Ended:
             arrived, last = False, self.events[-1].equilibrium
         return Walk(last, tuple(self.events), arrived, self.violation, tuple(self.points))
 
-    def _go(self) -> Point:
+    def _to_the_end(self) -> Point:
         """To the end of the way, or to where a branch that is followed past folds leaves it."""
         start = self.path.begin()
         self._keep(start)

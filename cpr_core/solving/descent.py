@@ -23,7 +23,7 @@ __all__ = ["descend"]
 Floats = NDArray[np.float64]
 
 #: Steps at most, and the longest of them, dimensionless.
-_MOST_STEPS, _LONGEST_STEP = 200, 0.3
+_MOST_STEPS, _LONGEST_DESCENT = 200, 0.3
 
 
 def descend(walks: HeldWalks, start: Equilibrium, pose: PoseTarget, objective: Objective) -> Walk:
@@ -49,7 +49,7 @@ def descend(walks: HeldWalks, start: Equilibrium, pose: PoseTarget, objective: O
         length = float(np.linalg.norm(change))
         if length < objective.tolerance:
             break
-        shortened = np.asarray(change * min(1.0, _LONGEST_STEP / length))
+        shortened = np.asarray(change * min(1.0, _LONGEST_DESCENT / length))
         walk = way.step(last, directions, shortened, float(slope @ shortened))
         if walk is None:
             break

@@ -99,7 +99,7 @@ class _Truncated:
         axes = robot.platform_indices[robot.platform_axes >= FIRST_LINEAR]
         return cls(
             np.array([_compliance(at) for at in exact]),
-            np.array([(at.state - robot.rest_state) / robot.arrays.unit for at in exact]),
+            np.array([(at.state - robot.rest_state) / robot.kernel_arrays.unit for at in exact]),
             np.zeros((len(exact), len(axes))),
             axes,
             robot.mean_length,
@@ -151,7 +151,7 @@ class _Truncated:
 
 def _compliance(equilibrium: Equilibrium) -> Floats:
     """Inverse of the tangent with the motors held, dimensionless, zero for the motors, (N, N)."""
-    tangent, arrays = equilibrium.tangent, equilibrium.robot.arrays
+    tangent, arrays = equilibrium.tangent, equilibrium.robot.kernel_arrays
     free = np.s_[: arrays.motor_index]
     found = np.zeros_like(tangent)
     found[free, free] = np.linalg.inv((tangent * arrays.unit * arrays.unit[:, None])[free, free])

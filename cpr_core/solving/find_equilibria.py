@@ -183,7 +183,9 @@ def _spread(robot: Robot) -> _Spread:
     moved = [index for leg in robot.numbers.legs for index in leg.coordinates]
     rods, states = list(robot.numbers.rods), np.arange(robot.state_size)
     return _Spread(
-        np.array([i for i in moved if i is not None and i < robot.arrays.platform_index], int),
+        np.array(
+            [i for i in moved if i is not None and i < robot.kernel_arrays.platform_index], int
+        ),
         np.concatenate([states[rod.strain] for rod in rods]),
         np.concatenate([[rod.element.rod.length] * rod.element.modes.total for rod in rods]),
         np.concatenate([np.arange(n) for rod in rods for n in rod.element.modes.counts]),
@@ -204,7 +206,7 @@ def _searched(
     state = np.zeros(robot.state_size)
     state[robot.motor_indices] = motors
     bending = np.exp(random.uniform(*np.log(_BENDING)))
-    state[passive] = robot.arrays.unit[passive] * random.normal(size=len(passive))
+    state[passive] = robot.kernel_arrays.unit[passive] * random.normal(size=len(passive))
     deviations = bending / spread.lengths / (1.0 + spread.orders)
     state[spread.strain] = random.normal(size=len(deviations)) * deviations
     rotation = np.eye(3)
@@ -249,7 +251,7 @@ def _groups(robot: Robot, known: Sequence[Equilibrium]) -> list[list[int]]:
     """
     places = np.array([found.configuration for found in known])
     energies = np.array([found.energy for found in known])
-    near = SAME_EQUILIBRIUM * robot.arrays.energy_unit
+    near = SAME_EQUILIBRIUM * robot.kernel_arrays.energy_unit
     groups: list[list[int]] = []
     for number in np.argsort(energies, kind="stable").tolist():
         for group in reversed(groups):

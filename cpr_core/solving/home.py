@@ -268,12 +268,12 @@ def _loose_motion(found: Equilibrium) -> str:
     loose = _in_words(robot, whole.motions[:, sizes < negligible * sizes.max()])
     stiffness, by_springs = _springs(robot), np.zeros_like(sizes)
     for (_, index), each in zip(robot.passive_joints, stiffness, strict=True):
-        by_springs += each * (whole.motions[index] / robot.arrays.unit[index]) ** 2
+        by_springs += each * (whole.motions[index] / robot.kernel_arrays.unit[index]) ** 2
     of_rods = np.max(sizes, where=by_springs < 0.5 * sizes, initial=0.0)
     if not loose or np.any(sizes < negligible * of_rods):
         return loose
     stiffest = int(np.argmax(stiffness))
-    times = stiffness[stiffest] / robot.arrays.energy_unit
+    times = stiffness[stiffest] / robot.kernel_arrays.energy_unit
     return (
         f"the spring of joint {robot.passive_joints[stiffest][0].name} is {times:.1g} times as stiff as "
         "the rods (E J / l), which rounding hides beside it; leave the joint out, or give it a softer "
@@ -284,14 +284,17 @@ def _loose_motion(found: Equilibrium) -> str:
 def _springs(robot: Robot) -> Floats:
     """Stiffness of the springs of the passive joints, per natural unit of their motion [J]."""
     return np.array(
-        [joint.stiffness * robot.arrays.unit[index] ** 2 for joint, index in robot.passive_joints]
+        [
+            joint.stiffness * robot.kernel_arrays.unit[index] ** 2
+            for joint, index in robot.passive_joints
+        ]
     )
 
 
 def _in_words(robot: Robot, loose: Floats) -> str:
     """Motions of the state without stiffness, columns, as those of the platform or a joint."""
     motions = loose[robot.platform_indices]
-    lengths = robot.arrays.unit[robot.platform_indices]
+    lengths = robot.kernel_arrays.unit[robot.platform_indices]
     moved = np.linalg.norm(motions / lengths[:, None], axis=0)
     if not np.any(moved > _LOOSE):
         return _loose_joint(robot, loose)
@@ -310,7 +313,7 @@ def _held_twice(held: Equilibrium, negligible: float) -> str:
     """How many motions joints hold that others hold already, in words; empty if there are none."""
     robot = held.robot
     moving = robot.moving_indices
-    constraints, unit = robot.multiplier_indices, robot.arrays.unit
+    constraints, unit = robot.multiplier_indices, robot.kernel_arrays.unit
     slopes = unit[constraints, None] * held.tangent[np.ix_(constraints, moving)] * unit[moving]
     sizes = scipy.linalg.svdvals(slopes)
     independent = int(np.sum(sizes > negligible * sizes.max(initial=0.0)))
@@ -326,7 +329,7 @@ def _held_twice(held: Equilibrium, negligible: float) -> str:
 def _loose_joint(robot: Robot, motions: Floats) -> str:
     """A passive joint of a leg that some of the motions without stiffness move, in words."""
     for joint, index in robot.passive_joints:
-        if np.any(np.abs(motions[index]) > _LOOSE * robot.arrays.unit[index]):
+        if np.any(np.abs(motions[index]) > _LOOSE * robot.kernel_arrays.unit[index]):
             return (
                 f"nothing holds joint {joint.name}: with the others it moves freely; give it a spring, "
                 "or leave it out"

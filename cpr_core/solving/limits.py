@@ -55,7 +55,7 @@ class Limit(NamedTuple):
 
 def limits_of(robot: Robot) -> tuple[Limit, ...]:
     """All limits of a robot, in the order of ``margins``."""
-    limits, rods = robot.motor_limits, np.flatnonzero(np.isfinite(robot.strain_limits))
+    limits, rods = robot.motor_limits, np.flatnonzero(np.isfinite(robot.yield_strains))
     found = list[Limit]()
     for motor, of_effort, upper in zip(
         limits.motors.tolist(), limits.of_effort, limits.upper, strict=True
@@ -150,7 +150,7 @@ def limit_error(
         limit.number,
     )
     if limit.kind == "strain_limit":
-        strain, borne = bending_strains(equilibrium)[number], robot.strain_limits[number]
+        strain, borne = bending_strains(equilibrium)[number], robot.yield_strains[number]
         name = robot.rod_names[number]
         return StrainLimitExceeded(name, float(strain), float(borne), fraction, last, event)
     motor = robot.description.motors[number]
@@ -162,7 +162,15 @@ def limit_error(
         interval = motor.limits.lower, motor.limits.upper
         doubt = request_doubt(robot.description, requested, None)
     return MotorLimitExceeded(
-        motor.name, quantity, float(value), interval, unit, fraction, last, event, doubt
+        motor=motor.name,
+        quantity=quantity,
+        value=float(value),
+        limits=interval,
+        unit=unit,
+        fraction=fraction,
+        last=last,
+        event=event,
+        doubt=doubt,
     )
 
 

@@ -227,4 +227,4 @@ def _way(equilibrium: Equilibrium, motors: Floats) -> Floats:
 def _per_effort(equilibrium: Equilibrium) -> Floats:
     """One over the natural units of the efforts, (n,)."""
     robot = equilibrium.robot
-    return np.asarray(robot.motor_units / robot.arrays.energy_unit)
+    return np.asarray(robot.motor_units / robot.kernel_arrays.energy_unit)

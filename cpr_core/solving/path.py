@@ -199,7 +199,7 @@ class Path:
         What hangs by little weight has small ones everywhere, at no elastic energy: that is no crossing.
         """
         _, values, rows = scipy.linalg.svd(self._orthonormal_matrix(point))
-        legs = slice(self._robot.arrays.platform_index)
+        legs = slice(self._robot.kernel_arrays.platform_index)
         motions = self._robot.unit_motions[legs, legs]
         elastic = motions.T @ elastic_hessian(point.equilibrium)[legs, legs] @ motions
         ways = rows[values < bound, legs]
@@ -209,8 +209,8 @@ class Path:
     def _orthonormal_matrix(self, point: Point) -> Floats:
         """The dimensionless matrix, strains by their L2 norm along the rod."""
         matrix, _ = self._equations.linearised(point.equilibrium, point.fraction)
-        robot, legs = self._robot, slice(self._robot.arrays.platform_index)
-        orthonormal = robot.unit_motions[legs, legs] / robot.arrays.unit[legs, None]
+        robot, legs = self._robot, slice(self._robot.kernel_arrays.platform_index)
+        orthonormal = robot.unit_motions[legs, legs] / robot.kernel_arrays.unit[legs, None]
         matrix[legs] = orthonormal.T @ matrix[legs]
         matrix[:, legs] = matrix[:, legs] @ orthonormal
         return matrix

@@ -53,12 +53,12 @@ class PathEquations:
     @cached_property
     def _equations(self) -> NDArray[np.int64]:
         """State indices of the equations, legs first."""
-        return np.concatenate([np.arange(self._robot.arrays.platform_index), self._rows])
+        return np.concatenate([np.arange(self._robot.kernel_arrays.platform_index), self._rows])
 
     @cached_property
     def _scales(self) -> Floats:
         """What makes the matrix of the problem dimensionless, entry by entry."""
-        arrays = self._robot.arrays
+        arrays = self._robot.kernel_arrays
         unknowns = np.concatenate([np.arange(arrays.platform_index), self._columns])
         scales: Floats = np.outer(arrays.unit[self._equations], arrays.unit[unknowns])
         return scales / arrays.energy_unit
@@ -68,7 +68,7 @@ class PathEquations:
         """How far the loads change, comparable to a motor in radians."""
         if not self.loads_change:
             return 0.0
-        arrays, length = self._robot.arrays, self._robot.mean_length
+        arrays, length = self._robot.kernel_arrays, self._robot.mean_length
         first, last = self._start.load_arrays, self._last_loads
         platform = {
             name: np.abs(last.platform[name] - first.platform[name]).max()
@@ -95,7 +95,7 @@ class PathEquations:
     def imposed(self, place: Configuration, fraction: float) -> tuple[Configuration, Floats]:
         """A configuration with what is imposed at a fraction, and the imposed efforts, (n,)."""
         state, rotation, position = place
-        first, efforts = self._robot.arrays.motor_index, np.zeros(self._robot.motor_count)
+        first, efforts = self._robot.kernel_arrays.motor_index, np.zeros(self._robot.motor_count)
         free = Imposed(state[first:], efforts, rotation, position)
         found = self._target.imposed(self._start, fraction, free)
         imposed = np.concatenate((state[:first], found.motors))
@@ -103,11 +103,11 @@ class PathEquations:
 
     def moved(self, place: Configuration, change: Floats) -> Configuration:
         """A configuration after a dimensionless change of the unknowns."""
-        robot, inner = self._robot, self._robot.arrays.platform_index
+        robot, inner = self._robot, self._robot.kernel_arrays.platform_index
         whole = np.zeros(len(place.state))
         whole[:inner] = change[:inner]
         whole[self._columns] = change[inner:]
-        whole *= robot.arrays.unit
+        whole *= robot.kernel_arrays.unit
         if self._angles:
             turning = robot.platform_indices[ANGULAR]
             whole[turning] = angle_motions(place.platform_rotation) @ whole[turning]
@@ -119,7 +119,7 @@ class PathEquations:
 
     def _scaled(self, residual: Floats, efforts: Floats) -> Floats:
         """A residual less the efforts, in natural units, of the equations of the problem."""
-        arrays, residual = self._robot.arrays, residual.copy()
+        arrays, residual = self._robot.kernel_arrays, residual.copy()
         residual[arrays.motor_index :] -= efforts
         residual *= arrays.unit / arrays.energy_unit
         return residual[self._equations]
@@ -131,7 +131,7 @@ class PathEquations:
             value: The model there.
             rotation: Of the platform there, (3, 3).
         """
-        tangent, inner = value.tangent, self._robot.arrays.platform_index
+        tangent, inner = value.tangent, self._robot.kernel_arrays.platform_index
         if self._angles:
             turns = self._robot.platform_indices[ANGULAR]
             tangent = tangent.copy()

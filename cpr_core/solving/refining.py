@@ -52,7 +52,7 @@ def restore_equilibrium(
         NonFiniteInput: A NaN or an infinity.
     """
     checked_robot(robot)
-    state = np.zeros(len(robot.arrays.unit))
+    state = np.zeros(len(robot.kernel_arrays.unit))
     state[robot.motor_indices] = motor_vector(robot, "motors", motors)
     for name, indices, values in (
         ("leg_coordinates", robot.elastic_indices, leg_coordinates),

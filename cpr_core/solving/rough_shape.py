@@ -32,7 +32,7 @@ def rough_state(robot: Robot, guess: HomeGuess) -> Floats:
         robot: The robot.
         guess: What is known.
     """
-    state = np.zeros(len(robot.arrays.unit))
+    state = np.zeros(len(robot.kernel_arrays.unit))
     state[robot.motor_indices] = guess.motors
     for joint, index in robot.passive_joints:
         state[index] = guess.joints.get(joint.name, joint.rest)

@@ -74,7 +74,7 @@ def stability_slopes(
         rate = states[:, column]
         if natural == 0.0:
             continue
-        response = float(np.abs(rate / equilibrium.robot.arrays.unit).max())
+        response = float(np.abs(rate / equilibrium.robot.kernel_arrays.unit).max())
         farthest = _FARTHEST * parameter.size or math.inf
         step = _STEP * min(natural, farthest, 1.0 / max(response, 1e-300))
         near = _near(equilibrium.robot, parameter, 2.0 ** math.floor(math.log2(step)))

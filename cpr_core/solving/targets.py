@@ -114,7 +114,7 @@ def apart(robot: Robot, problem: ProblemName, first: Floats, last: Floats) -> Fl
         largest = np.abs((last - first) / robot.motor_units).max(axis=-1, initial=0.0)
     elif problem == "efforts":
         largest = (np.abs(last - first) * robot.motor_units).max(axis=-1, initial=0.0)
-        largest = largest / (EFFORT_UNIT * robot.arrays.energy_unit)
+        largest = largest / (EFFORT_UNIT * robot.kernel_arrays.energy_unit)
     else:
         turns, places = slice(ROTATION, POSITION), slice(POSITION, IMPOSED_MOTORS)
         cosines = 0.5 * ((first[..., turns] * last[..., turns]).sum(axis=-1) - 1.0)

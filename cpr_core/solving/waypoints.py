@@ -227,7 +227,7 @@ def _run(
 ) -> Equilibrium:
     """Go on in compiled code as far as nothing happens; the last equilibrium."""
     robot = found.robot
-    factors, records = kept_factors(robot.arrays), found.rows[len(found) :]
+    factors, records = kept_factors(robot.kernel_arrays), found.rows[len(found) :]
     count = continue_prepared(
         robot.prepared,
         found.load_arrays,

@@ -47,7 +47,7 @@ class MapTab:
 
         def clicked(event: Any) -> None:
             ray = event.ray_origin, event.ray_direction
-            self._do("cell", lambda handled: self._go(handled, *ray))
+            self._do("cell", lambda handled: self._go_to_clicked(handled, *ray))
 
         self._clicked = clicked
 
@@ -104,7 +104,7 @@ class MapTab:
                 self._told = f"**not a map of this robot**: {as_plain(problem)}"
                 self._text.content = self._told
 
-    def _go(self, handled: HandledRobot, origin: Any, direction: Any) -> None:
+    def _go_to_clicked(self, handled: HandledRobot, origin: Any, direction: Any) -> None:
         if self._layer is None or not self._shown.value or _other(handled, self._layer):
             return
         cell = self._layer.nearest(origin, direction)

@@ -73,7 +73,7 @@ class WayTab:
             if event.client_id is not None:
                 at = event.target.value
                 self._background.stop("play")
-                self._do("time", lambda handled: self._go(handled, at))
+                self._do("time", lambda handled: self._go_to_time(handled, at))
 
         async def played(_: Any) -> None:
             self._background.start("play", self._playing)
@@ -129,7 +129,7 @@ class WayTab:
 
         self._background.start("way", work)
 
-    def _go(self, handled: HandledRobot, at: float) -> None:
+    def _go_to_time(self, handled: HandledRobot, at: float) -> None:
         if self._way is None:
             return
         shown = self._way.equilibria[frame_at(self._way, at)]
@@ -150,7 +150,7 @@ class WayTab:
 
             def step(handled: HandledRobot, at: float = at) -> None:
                 self._time.value = at
-                self._go(handled, at)
+                self._go_to_time(handled, at)
 
             task.post("time", step)
             if at >= 1.0:

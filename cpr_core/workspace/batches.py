@@ -26,7 +26,6 @@ __all__ = [
     "Cancelled",
     "Crew",
     "Task",
-    "Ways",
     "analyses_and_arrivals",
     "analyses_of",
     "arrivals_of",

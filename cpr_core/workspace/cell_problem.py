@@ -65,12 +65,12 @@ def cell_problem(robot: Robot, loads: Loads, grid: Grid) -> CellProblem:
     held = np.zeros(6, np.int64)
     if not forward:
         held[:] = np.isin(np.r_[LINEAR, ANGULAR], robot.controlled_axes)
-    unknowns = robot.arrays.inverse_unknowns if robot.redundancy == 0 else _NONE
+    unknowns = robot.kernel_arrays.inverse_unknowns if robot.redundancy == 0 else _NONE
     forward_problem = SquareProblem(equations, equations, False)
     inverse_problem = SquareProblem(equations, unknowns, bool(robot.controls_angles))
     units = problem_units(robot, None)
     return CellProblem(
-        robot=robot.arrays,
+        robot=robot.kernel_arrays,
         loads=robot.load_arrays(loads),
         square=forward_problem if forward else inverse_problem,
         forward=forward_problem,

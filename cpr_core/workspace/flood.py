@@ -367,7 +367,7 @@ def _transposed(matrices: Floats) -> Floats:
 
 def _empty_cells(robot: Robot, grid: Grid) -> CellArrays:
     """Cells of which nothing is known."""
-    count, size, ways = grid.size, len(robot.arrays.unit), 2 * len(grid.shape)
+    count, size, ways = grid.size, len(robot.kernel_arrays.unit), 2 * len(grid.shape)
 
     def unknown(*shape: int) -> Floats:
         return np.full((count, *shape), np.nan)

@@ -93,7 +93,7 @@ def check_writable(file: Path, robot: Robot, grid: Grid) -> None:
         raise InvalidRequest("file", f"expected a file, {file} is a folder")
     if not os.access(folder, os.W_OK):
         raise InvalidRequest("file", f"expected a folder that can be written to, got {file}")
-    largest = grid.size * max(9, len(robot.arrays.unit)) * 8
+    largest = grid.size * max(9, len(robot.kernel_arrays.unit)) * 8
     if largest > _MOST_BYTES:
         raise InvalidRequest(
             "file",

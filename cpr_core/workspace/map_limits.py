@@ -52,7 +52,7 @@ def limit_margins(robot: Robot, states: Floats, efforts: Floats) -> Floats:
         states: (M, N).
         efforts: (M, n) [N m or N].
     """
-    found = robot.motor_limits.left(states[:, robot.arrays.motor_index :], efforts)
+    found = robot.motor_limits.left(states[:, robot.kernel_arrays.motor_index :], efforts)
     if robot.limits_strain:
         found = with_strain_margins(robot, found, map_strains(robot, states))
     ends = _names_of_ends(robot)

@@ -144,7 +144,7 @@ class WorkspaceMap:
     @cached_array
     def motors(self) -> Floats:
         """Motor positions, (M, n) [rad or m]."""
-        return self.cells.state[:, self.robot.arrays.motor_index :]
+        return self.cells.state[:, self.robot.kernel_arrays.motor_index :]
 
     @property
     def index_locked(self) -> Integers:

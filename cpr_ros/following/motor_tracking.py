@@ -143,8 +143,8 @@ class MotorTracking:
         end = time.perf_counter() + min(_SHARE * period, LONGEST_SOLVE)
         for number in range(max(1, int(period / _STEP_TIME))):
             remaining = goal.remaining(current.equilibrium)
-            there = remaining <= ARRIVED and loads is current.equilibrium.loads
-            if there or (number and time.perf_counter() >= end):
+            arrived = remaining <= ARRIVED and loads is current.equilibrium.loads
+            if arrived or (number and time.perf_counter() >= end):
                 break
             ahead = self._step(current, goal, remaining, loads, now)
             if isinstance(ahead, Refusal):

@@ -9,8 +9,16 @@ import numpy as np
 def index_by_eigenvalues(equilibrium):
     """Index with the motors locked from all eigenvalues of the bordered Hessian."""
     robot, tangent = equilibrium.robot, equilibrium.tangent
-    scaled = tangent * robot.arrays.unit[:, None] * robot.arrays.unit / robot.arrays.energy_unit
-    bordered = 0.5 * (scaled + scaled.T)[: robot.arrays.motor_index, : robot.arrays.motor_index]
+    scaled = (
+        tangent
+        * robot.kernel_arrays.unit[:, None]
+        * robot.kernel_arrays.unit
+        / robot.kernel_arrays.energy_unit
+    )
+    bordered = (
+        0.5
+        * (scaled + scaled.T)[: robot.kernel_arrays.motor_index, : robot.kernel_arrays.motor_index]
+    )
     values = np.linalg.eigvalsh(bordered)
     negative = int(np.sum(values < -1e-11 * np.abs(values).max()))
     return negative - len(robot.multiplier_indices)

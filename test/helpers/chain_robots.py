@@ -14,7 +14,8 @@ import numpy as np
 
 from cpr_core import Robot, load_robot
 from cpr_core.description import joints
-from cpr_core.description.chain import ChainElement, ChainRod, Link, Shift, Turn
+from cpr_core.description.chain import ChainRod, Link, Shift, Turn
+from cpr_core.description.chain_element import ChainElement
 from cpr_core.description.motors import Drive
 from cpr_core.lie import rotation_exp
 from cpr_core.rods.rod import StrainModes

@@ -28,7 +28,7 @@ def problems_of(name):
 
 
 def natural_units(robot):
-    energy = robot.arrays.energy_unit
+    energy = robot.kernel_arrays.energy_unit
     return {
         "position": robot.mean_length,
         "rotation": 1.0,

@@ -37,10 +37,10 @@ def main() -> None:
 
 def linearise_nothing(robot) -> None:
     """Linearise where no tangent was kept."""
-    factors = kept_factors(robot.arrays)
+    factors = kept_factors(robot.kernel_arrays)
     factors["lane"] = UNKNOWN
     record = np.zeros_like(new_record(robot))
-    size = len(robot.arrays.border_indices)
+    size = len(robot.kernel_arrays.border_indices)
     eigenvalues, matrix = np.empty(3), np.empty((size, size))
     known, _ = linearise(robot.prepared, factors, record, True, False, eigenvalues, matrix)
     assert not known

@@ -17,7 +17,7 @@ from cpr_core.model.robot import Robot
 
 def random_state(robot: Robot, rng: np.random.Generator):
     """A state far from equilibrium, of realistic size: strains fall with the mode number."""
-    arrays = robot.arrays
+    arrays = robot.kernel_arrays
     state = rng.normal(size=len(arrays.unit)) * arrays.unit
     for rod in robot.numbers.rods:
         order = np.concatenate([np.arange(count) for count in rod.element.modes.counts])
@@ -42,8 +42,8 @@ def moved(robot: Robot, state, rotation, position, step):
 
 def derivative(function, robot: Robot, point, index: int):
     """Derivative along one state, by a central difference of order four in its natural unit."""
-    step = np.zeros(len(robot.arrays.unit))
-    step[index] = 2e-3 * robot.arrays.unit[index]
+    step = np.zeros(len(robot.kernel_arrays.unit))
+    step[index] = 2e-3 * robot.kernel_arrays.unit[index]
 
     def at(multiple):
         return function(*moved(robot, *point, multiple * step))
@@ -64,7 +64,7 @@ def check_tangent(robot: Robot, loads: Loads) -> None:
     """The tangent is the derivative of the residual."""
     value = model_at(robot, robot.load_arrays(loads))
     point = random_state(robot, np.random.default_rng(7))
-    unit = robot.arrays.unit
+    unit = robot.kernel_arrays.unit
     exact = value(*point).tangent * unit[:, None] * unit
     columns = [
         derivative(lambda *p: value(*p).residual, robot, point, index) * unit * unit[index]
@@ -85,7 +85,7 @@ def check_residual(robot: Robot, loads: Loads) -> None:
         found = value(state, rotation, position)
         return found.energy + found.residual[constraints] @ state[constraints]
 
-    unit, exact = robot.arrays.unit, value(*point).residual
+    unit, exact = robot.kernel_arrays.unit, value(*point).residual
     scale = np.abs(exact * unit).max()
     for index in range(len(unit)):
         slope = derivative(lagrangian, robot, point, index) * unit[index]

@@ -28,7 +28,7 @@ def parameter_kinds(robot):
 
 def with_loads(robot):
     """A robot under gravity and a force, in which masses and forces do something."""
-    force = 0.3 * robot.arrays.energy_unit / robot.mean_length**2
+    force = 0.3 * robot.kernel_arrays.energy_unit / robot.mean_length**2
     values = {"loads.platform_force[0]": force, "loads.platform_force[1]": -0.5 * force}
     if not robot.description.gravity.any():
         values |= {"gravity[1]": -1.0, "platform.mass": force}

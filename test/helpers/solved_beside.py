@@ -32,7 +32,7 @@ def robots_beside(robot, parameter, step):
 def polished(equilibrium, problem):
     """With no residual but rounding: what is left by a solve is divided by a small step here."""
     robot, records = equilibrium.robot, new_record(equilibrium.robot, 1)
-    factors = kept_factors(robot.arrays)
+    factors = kept_factors(robot.kernel_arrays)
     given = held(equilibrium, problem).given(equilibrium)
     asked = robot.prepared, equilibrium.load_arrays, PROBLEMS[problem], given, UNPREDICTED
     kept = equilibrium.record, factors, records, factors

@@ -20,11 +20,11 @@ class WholePencil:
 
     def __init__(self, name, modes=3):
         self.robot = load_robot(name, modes=modes)
-        self.arrays, self.pencil = (
-            self.robot.arrays,
-            pencil_of(self.robot.arrays, self.robot.strain_grams),
+        self.kernel_arrays, self.pencil = (
+            self.robot.kernel_arrays,
+            pencil_of(self.robot.kernel_arrays, self.robot.strain_grams),
         )
-        self.strains = self.arrays.slots.strain_count
+        self.strains = self.kernel_arrays.slots.strain_count
         self.legs = len(self.robot.description.legs)
         self.rows, self.width = self.pencil.weights.shape[1], len(self.pencil.corner)
 
@@ -36,7 +36,7 @@ class WholePencil:
         for lane in range(self.legs):
             block = np.triu(rng.standard_normal(shape[:2]))
             block[self.strains : -1, self.strains : -1] = 0.0
-            if self.arrays.slots.orientation_count == 0:
+            if self.kernel_arrays.slots.orientation_count == 0:
                 block[: self.strains, self.rows :] = 0.0
             block[: self.strains, : self.strains] += 4.0 * np.eye(self.strains)
             block[np.arange(held), self.strains + np.arange(held)] += 2.0

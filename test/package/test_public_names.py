@@ -1,7 +1,10 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a module takes of another one is in the ``__all__`` of that: the rest is free to change."""
+"""What a module takes of another one is in the ``__all__`` of that: the rest is free to change.
+
+And it is made there: nothing is handed on but by packages.
+"""
 
 import ast
 from pathlib import Path
@@ -10,6 +13,8 @@ import pytest
 from helpers.package_imports import imports_of, modules_of
 
 ROOT = Path(__file__).resolve().parents[2]
+#: What hands on names of a library, and which.
+HANDED_ON = {"cpr_core.numba_fence.typing_extension": "numba"}
 
 
 def declared(tree):
@@ -18,6 +23,29 @@ def declared(tree):
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
             return {*ast.literal_eval(node.value)}
     return set()
+
+
+def defined(tree):
+    """Names that a module makes, also below a condition or a ``try``."""
+    names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and stored(node)}
+    return names | {node.name for node in ast.walk(tree) if isinstance(node, NAMED)}
+
+
+def stored(name):
+    return isinstance(name.ctx, ast.Store)
+
+
+NAMED = ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
+
+
+def handed_on(root):
+    """Names that a module, not a package, declares and does not make."""
+    lines = []
+    for name, file in modules_of(root).items():
+        if file.name != "__init__.py" and name not in HANDED_ON:
+            tree = ast.parse(file.read_text())
+            lines += [f"{name}: {other}" for other in sorted(declared(tree) - defined(tree))]
+    return lines
 
 
 def attributes(tree):
@@ -56,6 +84,20 @@ def undeclared(root):
 def test_modules_take_of_each_other_what_is_declared():
     assert len(modules_of(ROOT)) > 300
     assert undeclared(ROOT) == []
+
+
+def test_names_are_declared_where_they_are_made():
+    assert set(HANDED_ON) <= set(modules_of(ROOT))
+    assert handed_on(ROOT) == []
+
+
+def test_a_name_that_is_handed_on_is_found(tmp_path):
+    folder = tmp_path / "cpr_core"
+    folder.mkdir()
+    (folder / "__init__.py").write_text('from .shape import tips\n__all__ = ["tips"]\n')
+    text = "from .rods import rods, tips\n__all__ = ['shapes', 'tips']\nshapes = rods"
+    (folder / "shape.py").write_text(text)
+    assert handed_on(tmp_path) == ["cpr_core.shape: tips"]
 
 
 @pytest.mark.parametrize(

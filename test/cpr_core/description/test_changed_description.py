@@ -106,11 +106,12 @@ def test_what_is_shifted_is_what_is_written(name, path, legs):
     beside = Robot(shifted(robot.description, parameter, 1e-3))
     written = robot.with_parameters({path: parameter.value + 1e-3})
     numbers, expected = (
-        numbers_of(each.arrays, each.load_arrays(each.default_loads)) for each in (beside, written)
+        numbers_of(each.kernel_arrays, each.load_arrays(each.default_loads))
+        for each in (beside, written)
     )
     assert_array_equal(numbers, expected)
     assert not np.array_equal(
-        numbers, numbers_of(robot.arrays, robot.load_arrays(robot.default_loads))
+        numbers, numbers_of(robot.kernel_arrays, robot.load_arrays(robot.default_loads))
     )
     read, expected = (each.description.written.read for each in (beside, written))
     assert {path: repr(value) for path, value in read.items()} == {

@@ -334,7 +334,7 @@ def test_the_kernels_hold_the_base_where_its_pose_says(
         base_rotation=rotation_exp(turned),
     )
     robot = Robot(replace(description, legs=(leg,), point_platform=False))
-    state = np.zeros(len(robot.arrays.unit))
+    state = np.zeros(len(robot.kernel_arrays.unit))
     for element, index in zip(leg.chain, robot.numbers.legs[0].coordinates, strict=True):
         if index is not None:
             state[index] = turn if isinstance(element, Turn) else shift
@@ -343,7 +343,7 @@ def test_the_kernels_hold_the_base_where_its_pose_says(
         robot, robot.load_arrays(Loads.none()), state, np.eye(3), np.zeros(3)
     ).residual[robot.multiplier_indices]
     base = leg.base_pose(turn, shift)
-    held = robot.arrays.position_axes
+    held = robot.kernel_arrays.position_axes
     tip = base.position + base.length * base.rotation[:, 0]
     gap = np.array(leg.joint.position)[held] - tip[held]
     np.testing.assert_allclose(residual[: len(held)], gap, atol=1e-12)

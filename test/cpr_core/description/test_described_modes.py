@@ -45,7 +45,7 @@ def test_a_number_of_modes_may_come_from_an_array():
 @pytest.mark.parametrize("modes", ["5.0", "5e0"])
 def test_a_whole_number_written_as_a_float_counts_modes(file, modes):
     path = file(TEXTS["rfrfr"].replace("bending_3: 5}", f"bending_3: {modes}}}"))
-    assert Robot(read_description(path)).arrays.elastic.shape == (1, 5, 5)
+    assert Robot(read_description(path)).kernel_arrays.elastic.shape == (1, 5, 5)
 
 
 @pytest.mark.parametrize(

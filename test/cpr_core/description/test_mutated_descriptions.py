@@ -113,7 +113,7 @@ def test_what_is_read_can_be_built(content):
     except DescriptionError:
         return
     try:
-        arrays = robot.arrays
+        arrays = robot.kernel_arrays
     except CprError:
         return
     assert np.all(np.isfinite(robot.strain_stiffness))

@@ -30,8 +30,8 @@ ROBOTS = list(shipped_robots())
 
 def same(first, second):
     """Whether two robots are the same to the kernels."""
-    for name, value in first.arrays._asdict().items():
-        other = getattr(second.arrays, name)
+    for name, value in first.kernel_arrays._asdict().items():
+        other = getattr(second.kernel_arrays, name)
         if isinstance(value, np.ndarray):
             assert value.tobytes() == other.tobytes(), name
         else:

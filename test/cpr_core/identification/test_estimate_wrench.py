@@ -256,7 +256,7 @@ def test_three_motors_feel_three_directions_and_the_others_are_named():
     size = np.linalg.norm(wrench / scale)
     assert np.linalg.norm(found.wrench_world / scale) < size
     # An unfelt wrench leaves the efforts as they are, a felt one does not.
-    units = robot.arrays.energy_unit / robot.mean_length
+    units = robot.kernel_arrays.energy_unit / robot.mean_length
     for direction, felt in [(found.unfelt[0], False), (found.felt[0], True)]:
         more = found.equilibrium.loads.with_(
             wrench_world=found.equilibrium.loads.wrench_world + 1e-4 * units * direction
@@ -319,7 +319,7 @@ def test_a_wrench_that_is_not_felt_has_a_variance_as_good_as_infinite():
     found = estimate_wrench(
         robot, true.motors, efforts=true.efforts, effort_deviation=one_percent(true)
     )
-    natural = robot.arrays.energy_unit / robot.mean_length
+    natural = robot.kernel_arrays.energy_unit / robot.mean_length
     scale = np.array([*[robot.mean_length] * 3, 1, 1, 1]) * natural
     for direction, felt in [(d, True) for d in found.felt] + [(d, False) for d in found.unfelt]:
         covector = direction / (scale / natural) / scale

@@ -43,11 +43,11 @@ def evaluated(robot, straight):
     state, rotation, position = random_state(robot, np.random.default_rng(4))
     if straight:
         state[robot.numbers.legs[-1].strain] = 0.0
-    work, residual = workspace(robot.arrays), np.empty(robot.state_size)
+    work, residual = workspace(robot.kernel_arrays), np.empty(robot.state_size)
     tangent = np.zeros((robot.state_size, robot.state_size))
     loads = robot.load_arrays(GRAVITY)
-    evaluate(robot.arrays, loads, state, rotation, position, residual, work)
-    tangent_into(robot.arrays, work, tangent)
+    evaluate(robot.kernel_arrays, loads, state, rotation, position, residual, work)
+    tangent_into(robot.kernel_arrays, work, tangent)
     return work, tangent, rotation
 
 
@@ -59,23 +59,23 @@ def test_solutions_are_those_of_numpy_and_so_are_the_signs(legs, shared, straigh
     robot = robot_of(LEGS[legs], "fixed", shared)
     work, tangent, rotation = evaluated(robot, straight)
     unknowns, equations = robot.problems[problem]
-    unit, inner = robot.arrays.unit, np.arange(robot.arrays.platform_index)
-    whole = tangent * unit[:, None] * unit / robot.arrays.energy_unit
+    unit, inner = robot.kernel_arrays.unit, np.arange(robot.kernel_arrays.platform_index)
+    whole = tangent * unit[:, None] * unit / robot.kernel_arrays.energy_unit
     matrix = whole[np.ix_(np.append(inner, equations), np.append(inner, unknowns))]
     square = SquareProblem(equations, unknowns, False)
-    how = factor(robot.arrays, rotation, square, work, work.factors)
+    how = factor(robot.kernel_arrays, rotation, square, work, work.factors)
     assert how in (CONDENSED, DELAYED)
     size = len(matrix)
     for right in np.random.default_rng(3).normal(size=(4, size)):
         for chosen, transposed in ((solve, matrix), (solve_transposed, matrix.T)):
             found, expected = right.copy(), np.linalg.solve(transposed, right)
-            chosen(robot.arrays, square, found, work, work.factors)
+            chosen(robot.kernel_arrays, square, found, work, work.factors)
             assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
     signs = np.zeros(3, np.int64)
-    signs_of(robot.arrays, rotation, work, signs)
+    signs_of(robot.kernel_arrays, rotation, work, signs)
     symmetric = 0.5 * (whole + whole.T)
-    held = robot.arrays.constraint_count
-    for index, last in ((INDEX_LOCKED, robot.arrays.motor_index), (INDEX_FREE, len(unit))):
+    held = robot.kernel_arrays.constraint_count
+    for index, last in ((INDEX_LOCKED, robot.kernel_arrays.motor_index), (INDEX_FREE, len(unit))):
         negative = np.sum(np.linalg.eigvalsh(symmetric[:last, :last]) < 0.0)
         assert signs[index] == negative - held
 
@@ -85,4 +85,4 @@ def test_some_of_these_have_slots_left_to_the_border():
     work, _, rotation = evaluated(robot, True)
     unknowns, equations = robot.problems["motors"]
     square = SquareProblem(equations, unknowns, False)
-    assert factor(robot.arrays, rotation, square, work, work.factors) == DELAYED
+    assert factor(robot.kernel_arrays, rotation, square, work, work.factors) == DELAYED

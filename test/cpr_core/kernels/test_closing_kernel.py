@@ -16,7 +16,7 @@ from cpr_core.solving.assembly import moved_shape
 
 def closed(robot, state, rotation, position):
     """Shape with its joints closed, by pseudoinverses."""
-    arrays, held, moving = robot.arrays, robot.multiplier_indices, robot.moving_indices
+    arrays, held, moving = robot.kernel_arrays, robot.multiplier_indices, robot.moving_indices
     shape, forces = Configuration(state, rotation, position), robot.load_arrays(robot.default_loads)
     while True:
         value = evaluate(robot, forces, *shape)
@@ -35,7 +35,7 @@ def test_a_bent_shape_is_closed(name):
     robot, random = load_robot(name), np.random.default_rng(3)
     home, moving, joints = solve_home(robot), robot.elastic_indices, robot.multiplier_indices
     state = home.state.copy()
-    state[moving] += 0.3 * robot.arrays.unit[moving] * random.normal(size=len(moving))
+    state[moving] += 0.3 * robot.kernel_arrays.unit[moving] * random.normal(size=len(moving))
     turn = [0.0, 0.0, 0.3] if robot.planar else [0.2, -0.1, 0.3]
     rotation, position = rotation_exp(turn) @ home.platform_rotation, np.full(3, np.nan)
     tips = np.array([tip.position for tip in tip_poses(robot, state)])
@@ -47,8 +47,8 @@ def test_a_bent_shape_is_closed(name):
     loads = robot.load_arrays(robot.default_loads)
     assert close_joints(robot.prepared, loads, forces, joints.copy(), state, rotation, position)
     np.testing.assert_allclose(
-        state[moving] / robot.arrays.unit[moving],
-        expected.state[moving] / robot.arrays.unit[moving],
+        state[moving] / robot.kernel_arrays.unit[moving],
+        expected.state[moving] / robot.kernel_arrays.unit[moving],
         rtol=0,
         atol=1e-8,
     )

@@ -62,16 +62,16 @@ def straight_leg_tangent(robot):
 def dimensionless(robot, tangent, problem):
     """The matrix of a problem in the order of the kernel: legs first, then the border."""
     columns, rows = robot.problems[problem]
-    legs = np.arange(robot.arrays.platform_index)
+    legs = np.arange(robot.kernel_arrays.platform_index)
     rows, columns = np.concatenate([legs, rows]), np.concatenate([legs, columns])
-    unit = robot.arrays.unit
+    unit = robot.kernel_arrays.unit
     matrix = tangent[np.ix_(rows, columns)]
-    return unit[rows, None] * matrix * unit[columns] / robot.arrays.energy_unit
+    return unit[rows, None] * matrix * unit[columns] / robot.kernel_arrays.energy_unit
 
 
 def by_slots(robot, tangent):
     """A workspace with a tangent whose legs are symmetric: the inverse of ``tangent_into``."""
-    arrays = robot.arrays
+    arrays = robot.kernel_arrays
     work, inner = workspace(arrays), arrays.slots.inner_count
     platform = arrays.platform_index + np.arange(len(arrays.platform_axes))
     blocks = work.blocks["lane"]
@@ -97,8 +97,8 @@ def square_problem(robot, problem):
 
 def factored(robot, tangent, problem, factors=None):
     work = by_slots(robot, tangent)
-    factors = factors or factors_of(robot.arrays)
-    how = factor(robot.arrays, np.eye(3), square_problem(robot, problem), work, factors)
+    factors = factors or factors_of(robot.kernel_arrays)
+    how = factor(robot.kernel_arrays, np.eye(3), square_problem(robot, problem), work, factors)
     return how, work, factors
 
 
@@ -106,13 +106,13 @@ def solved(robot, problem, factored, right, transposed=False):
     """The solution of a problem, straight or transposed."""
     found = right.copy()
     chosen = solve_transposed if transposed else solve
-    chosen(robot.arrays, square_problem(robot, problem), found, *factored[1:])
+    chosen(robot.kernel_arrays, square_problem(robot, problem), found, *factored[1:])
     return found
 
 
 def block_of(robot, leg):
     """State indices of a leg: strain coordinates and multipliers."""
-    starts = [leg.strain.start for leg in robot.numbers.legs] + [robot.arrays.platform_index]
+    starts = [leg.strain.start for leg in robot.numbers.legs] + [robot.kernel_arrays.platform_index]
     return np.arange(starts[leg], starts[leg + 1])
 
 
@@ -151,13 +151,13 @@ def test_efforts_are_unknowns_too(robot, tangent, problem, expected_how):
     if expected_how == DELAYED:
         make_singular(robot, tangent, 0)
     newton, motors = dimensionless(robot, tangent, problem), robot.motor_indices
-    columns = np.append(np.arange(robot.arrays.platform_index), robot.problems[problem][0])
-    unit, size = robot.arrays.unit, len(newton)
+    columns = np.append(np.arange(robot.kernel_arrays.platform_index), robot.problems[problem][0])
+    unit, size = robot.kernel_arrays.unit, len(newton)
     rows = unit[motors, None] * tangent[np.ix_(motors, columns)] * unit[columns]
     matrix = np.block(
         [
             [newton, np.zeros((size, len(motors)))],
-            [rows / robot.arrays.energy_unit, -np.eye(len(motors))],
+            [rows / robot.kernel_arrays.energy_unit, -np.eye(len(motors))],
         ]
     )
     how, *made = factored(robot, tangent, problem)
@@ -168,7 +168,7 @@ def test_efforts_are_unknowns_too(robot, tangent, problem, expected_how):
             (solve_with_efforts_transposed, matrix.T),
         ):
             found, expected = right.copy(), np.linalg.solve(whole, right)
-            chosen(robot.arrays, square_problem(robot, problem), found, *made)
+            chosen(robot.kernel_arrays, square_problem(robot, problem), found, *made)
             assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
@@ -177,8 +177,13 @@ def test_tangents_that_are_not_symmetric_are_solved_too(robot, tangent, problem)
     """Loads that follow the platform make its own block unsymmetric, and states out of balance."""
     rng, changed = np.random.default_rng(5), tangent.copy()
     platform = robot.platform_indices
-    unit = robot.arrays.unit[platform]
-    away = rng.normal(size=(len(platform),) * 2) * robot.arrays.energy_unit / unit / unit[:, None]
+    unit = robot.kernel_arrays.unit[platform]
+    away = (
+        rng.normal(size=(len(platform),) * 2)
+        * robot.kernel_arrays.energy_unit
+        / unit
+        / unit[:, None]
+    )
     changed[np.ix_(platform, platform)] += away
     assert not np.allclose(changed, changed.T)
     check_solutions(robot, changed, problem, CONDENSED)
@@ -186,14 +191,14 @@ def test_tangents_that_are_not_symmetric_are_solved_too(robot, tangent, problem)
 
 def test_a_tangent_put_together_from_slots_is_the_same(robot, tangent):
     found = np.zeros_like(tangent)
-    tangent_into(robot.arrays, by_slots(robot, tangent), found)
+    tangent_into(robot.kernel_arrays, by_slots(robot, tangent), found)
     assert_allclose(found, tangent, rtol=0.0, atol=1e-12 * np.abs(tangent).max())
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_predictions_are_those_of_numpy(robot, tangent, problem):
     columns, rows = robot.problems[problem]
-    arrays, rng = robot.arrays, np.random.default_rng(2)
+    arrays, rng = robot.kernel_arrays, np.random.default_rng(2)
     border = np.arange(arrays.platform_index, len(arrays.unit))
     known = np.where(np.isin(border, columns), 0.0, rng.normal(size=len(border)))
     efforts = rng.normal(size=robot.motor_count) if problem == "efforts" else None
@@ -299,7 +304,7 @@ def test_nan_has_no_inverse(robot, tangent, problem):
 
 
 def test_factors_are_refilled_and_not_added_to(robot, tangent):
-    factors = factors_of(robot.arrays)
+    factors = factors_of(robot.kernel_arrays)
     size = len(dimensionless(robot, tangent, "motors"))
     right = np.random.default_rng(7).normal(size=size)
     solutions = []

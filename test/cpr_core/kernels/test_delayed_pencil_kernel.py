@@ -33,7 +33,7 @@ def found_by_tangent(found):
     """Margin, smallest eigenvalues with motors held and free [J], from the tangent."""
     evaluated_again(found)
     eigenvalues, prepared = np.empty(3), found.robot.prepared
-    response = np.empty((len(found.robot.arrays.border_indices),) * 2)
+    response = np.empty((len(found.robot.kernel_arrays.border_indices),) * 2)
     linearise(prepared, found.factors, found.record, True, True, eigenvalues, response)
     return eigenvalues
 
@@ -78,7 +78,7 @@ def gathered(found):
     """The pencil of an equilibrium, in the memory of its robot."""
     evaluated_again(found)
     work, pencil = found.robot.prepared.values[1:]
-    assert gather_pencil(found.robot.arrays, work, pencil)
+    assert gather_pencil(found.robot.kernel_arrays, work, pencil)
     assert pencil.delayed_count[0] > 0
     return pencil
 
@@ -92,7 +92,7 @@ def test_eigenvalues_are_counted_and_the_smallest_is_found(name, free):
     size = np.abs(expected).max()
     smallest = found_by_tangent(found)[2 if free else 1]
     assert smallest == pytest.approx(expected[0], rel=1e-10, abs=1e-10 * size)
-    pencil, arrays = gathered(found), found.robot.arrays
+    pencil, arrays = gathered(found), found.robot.kernel_arrays
     gaps = np.flatnonzero(np.diff(expected) > 1e-7 * size)  # some come in pairs
     shifts = [0.9 * expected[0], *(0.5 * (expected[gap] + expected[gap + 1]) for gap in gaps)]
     assert len(shifts) > 2
@@ -128,7 +128,7 @@ BENT = {
 def test_factors_and_tangent_tell_the_same(name):
     """Of bent legs the pencil is there both ways; nothing is delayed then."""
     found = BENT[name]()
-    arrays, grams = found.robot.arrays, found.robot.strain_grams
+    arrays, grams = found.robot.kernel_arrays, found.robot.strain_grams
     recalled, pencil = pencil_of(arrays, grams), pencil_of(arrays, grams)
     assert recall_pencil(arrays, found.factors, recalled, 1e5)
     evaluated_again(found)
@@ -152,4 +152,4 @@ def test_a_rod_about_to_buckle_on_its_own_is_left_to_the_dense_method():
     evaluated_again(found)
     work, pencil = found.robot.prepared.values[1:]
     work.blocks["lane"][0, 0, 0, 0] = 0.0
-    assert not gather_pencil(found.robot.arrays, work, pencil)
+    assert not gather_pencil(found.robot.kernel_arrays, work, pencil)

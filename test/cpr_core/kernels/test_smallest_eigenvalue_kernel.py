@@ -20,7 +20,7 @@ def smallest_eigenvalue(robot, pencil, free, guided):
 
 
 def smallest(whole, free, guided=False):
-    return smallest_eigenvalue(whole.arrays, whole.pencil, free, guided)
+    return smallest_eigenvalue(whole.kernel_arrays, whole.pencil, free, guided)
 
 
 @pytest.mark.parametrize("free", [False, True])

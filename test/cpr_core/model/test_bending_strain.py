@@ -84,7 +84,7 @@ def test_a_yield_strain_needs_a_known_thickness():
     with pytest.raises(DescriptionError, match=r"rod\.section: missing field 'outer_radius'"):
         load_robot(content)
     content["rod"]["section"]["outer_radius"] = 0.001
-    assert load_robot(content).strain_limits.tolist() == [0.01, 0.01]
+    assert load_robot(content).yield_strains.tolist() == [0.01, 0.01]
 
 
 @pytest.mark.parametrize("wrong", [0.0, -0.01, "much"])

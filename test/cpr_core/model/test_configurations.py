@@ -20,7 +20,7 @@ def test_every_number_counts_in_its_unit(home):
     for place in range(size + 12):
         moved, unit = home.configuration.copy(), 1.0
         if place < size:
-            unit = robot.arrays.unit[place]
+            unit = robot.kernel_arrays.unit[place]
         elif place >= size + 9:
             unit = robot.mean_length
         moved[place] -= 0.25 * unit
@@ -55,7 +55,7 @@ def test_whole_turns_of_passive_joints_count_where_a_spring_is_wound(name, count
     joint, index = robot.passive_joints[0]
     assert (joint.stiffness > 0.0) == counts
     moved[index] -= 4.0 * np.pi
-    turned = 4.0 * np.pi / robot.arrays.unit[index] if counts else 0.0
+    turned = 4.0 * np.pi / robot.kernel_arrays.unit[index] if counts else 0.0
     rows = np.stack([home.configuration, moved])
     found = configuration_distance(robot, rows, home.configuration)
     np.testing.assert_allclose(found, [0.0, turned], rtol=1e-12, atol=1e-12)

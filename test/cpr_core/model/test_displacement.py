@@ -17,7 +17,7 @@ from cpr_core.model.displacement import displaced
 def test_the_platform_moves_by_its_twist_in_the_world_and_the_rest_by_what_is_added(name):
     home = solve_home(load_robot(name))
     robot, rng = home.robot, np.random.default_rng(3)
-    change = 0.3 * rng.normal(size=robot.state_size) * robot.arrays.unit
+    change = 0.3 * rng.normal(size=robot.state_size) * robot.kernel_arrays.unit
     given = change.copy()
     place = home.state, home.platform_rotation, home.platform_position
     state, rotation, position = displaced(robot, *place, change)

@@ -48,7 +48,7 @@ def square(request):
 
 def test_motor_columns_are_those_of_full_solves(equilibrium):
     model = kinemato_statics(equilibrium)
-    size = 2e-4 * equilibrium.robot.arrays.unit[equilibrium.robot.motor_indices]
+    size = 2e-4 * equilibrium.robot.kernel_arrays.unit[equilibrium.robot.motor_indices]
     for motor in range(equilibrium.robot.motor_count):
         step = np.eye(equilibrium.robot.motor_count)[motor]
 
@@ -76,7 +76,7 @@ def test_wrench_columns_are_those_of_full_solves(equilibrium):
     turn[:3, :3] = turn[3:, 3:] = equilibrium.platform_rotation
     columns, efforts = [], []
     for axis in robot.platform_axes:
-        size = 1e-3 * robot.arrays.energy_unit
+        size = 1e-3 * robot.kernel_arrays.energy_unit
         wrench = turn[:, axis]
 
         def loaded(amount, wrench=wrench):

@@ -23,10 +23,10 @@ def test_the_papers_matrices_hold_for_any_motion(equilibrium):
     """A dq_a + P dSigma_p + E dq_e = W dw for the responses to motors and to wrenches."""
     model, robot = kinemato_statics(equilibrium), equilibrium.robot
     a, p, e, w = model.matrices()
-    n, unit = robot.motor_count, robot.arrays.unit
+    n, unit = robot.motor_count, robot.kernel_arrays.unit
     r = n + len(robot.elastic_indices) + len(robot.platform_indices)
     assert (len(a), len(p), len(e), len(w)) == (r, r, r, r)
-    energy = robot.arrays.energy_unit
+    energy = robot.kernel_arrays.energy_unit
     motors, platform = unit[robot.motor_indices], unit[robot.platform_indices]
     legs = robot.unit_motions[np.ix_(robot.elastic_indices, robot.elastic_indices)]
     left = (
@@ -119,7 +119,7 @@ def test_natural_units_follow_from_a_length_and_an_energy(name):
     expected[robot.platform_indices] = np.where(robot.platform_axes < 3, 1.0, length)
     np.testing.assert_allclose(unit, expected, rtol=1e-12)
     # Both of the same rods: E J over the length.
-    assert energy * length == pytest.approx(robot.arrays.energy_unit * robot.mean_length)
+    assert energy * length == pytest.approx(robot.kernel_arrays.energy_unit * robot.mean_length)
 
 
 @pytest.mark.parametrize("name", ["rfrfr", "gough_stewart", "three_prs"])

@@ -52,7 +52,7 @@ def assert_eigenvalues_same(equilibrium):
     """They agree, as far as the dense method's own rounding allows."""
     found = equilibrium.linearisation
     readings = [("locked", found.smallest_locked)]
-    if equilibrium.robot.arrays.one_slot_a_motor:
+    if equilibrium.robot.kernel_arrays.one_slot_a_motor:
         readings.append(("free", found.smallest_free))
     for motors_are, value in readings:
         dense = spectrum(equilibrium, motors_are).eigenvalues
@@ -130,10 +130,10 @@ def test_a_motion_of_joints_without_elastic_energy_is_told_by_the_dense_method()
     robot = hinged(0.5, weight=True)
     home = solve_home(robot)
     assert_same(home)
-    pencil, found = pencil_of(robot.arrays, robot.strain_grams), np.empty(3)
-    without = prepared(robot.arrays, pencil=pencil)
+    pencil, found = pencil_of(robot.kernel_arrays, robot.strain_grams), np.empty(3)
+    without = prepared(robot.kernel_arrays, pencil=pencil)
     pencil.springs["lane"][:] = 0.0
-    matrix = np.empty((len(robot.arrays.border_indices),) * 2)
+    matrix = np.empty((len(robot.kernel_arrays.border_indices),) * 2)
     linearise(without, home.factors, home.record, True, False, found, matrix)
     assert math.isnan(found[0])
     # Found from the start, where otherwise the softest motion has led to it.

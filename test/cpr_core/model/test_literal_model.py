@@ -175,7 +175,7 @@ def test_residual_is_the_papers(motor, joint, seed):
     point = random_state(robot, np.random.default_rng(seed))
     ours = evaluate(robot, robot.load_arrays(loads), *point).residual
     paper = literal_residual(robot, loads, *point)
-    unit = robot.arrays.unit
+    unit = robot.kernel_arrays.unit
     np.testing.assert_allclose(
         ours * unit, paper * unit, rtol=0, atol=1e-8 * np.abs(paper * unit).max()
     )

@@ -133,7 +133,7 @@ def test_tangent_is_symmetric_at_a_loaded_equilibrium(name):
     robot = load_robot(name)
     gravity = [0, -9.81, 0] if robot.planar else [0, 0, -9.81]
     loads = Loads.none().with_(gravity=gravity, wrench_world=[0, 0, 0, 0.05, -0.1, 0])
-    unit = robot.arrays.unit
+    unit = robot.kernel_arrays.unit
     tangent = solve_forward(robot, solve_home(robot).motors, loads=loads).tangent
     tangent = tangent * unit[:, None] * unit
     np.testing.assert_allclose(tangent, tangent.T, atol=1e-11 * np.abs(tangent).max())

@@ -59,7 +59,7 @@ def test_arrays_that_are_kept_are_read_only(name):
     home = solve_home(robot)
     for kept in (
         robot.motor_units,
-        robot.strain_limits,
+        robot.yield_strains,
         kinemato_statics(home).tangent,
         home.platform_quaternion,
         home.spectrum_locked.eigenvalues,

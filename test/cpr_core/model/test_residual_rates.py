@@ -39,7 +39,7 @@ def residual_at(equilibrium, path, change):
 def test_rates_are_those_of_robots_that_are_built_anew(name):
     """Differences of fourth order, at several step sizes, of which one is the best."""
     equilibrium = equilibrium_of(name)
-    arrays = equilibrium.robot.arrays
+    arrays = equilibrium.robot.kernel_arrays
     natural, seen = arrays.unit / arrays.energy_unit, 0
     for path in parameter_kinds(equilibrium.robot)[::2]:
         try:
@@ -99,12 +99,14 @@ def test_the_arrays_are_left_as_they_were():
     equilibrium = equilibrium_of("six_rus")
     robot = equilibrium.robot
     parameters = named_parameters(robot.description, parameter_kinds(robot))
-    before = [value.copy() for value in robot.arrays if isinstance(value, np.ndarray)]
+    before = [value.copy() for value in robot.kernel_arrays if isinstance(value, np.ndarray)]
     first = residual_rates(equilibrium, parameters)
     again = residual_rates(equilibrium, parameters)
     assert_array_equal(first.rates, again.rates)
     for value, old in zip(
-        (value for value in robot.arrays if isinstance(value, np.ndarray)), before, strict=True
+        (value for value in robot.kernel_arrays if isinstance(value, np.ndarray)),
+        before,
+        strict=True,
     ):
         assert value.tobytes() == old.tobytes()
 
@@ -140,7 +142,7 @@ def test_loads_of_the_request_stay():
     mass = robot.description.platform_mass
     total = mass + sum(rod.rod.mass_per_length * rod.rod.length for rod in robot.description.rods)
     assert total > mass > 0.0
-    assert np.any(found[robot.arrays.platform_index :])
+    assert np.any(found[robot.kernel_arrays.platform_index :])
     assert np.isclose(found[robot.platform_indices[5]], -mass)
     with pytest.raises(InvalidRequest, match=r"platform_force\[2\] has no effect: wrench_world"):
         residual_rates(equilibrium, [force])

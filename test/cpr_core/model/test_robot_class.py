@@ -73,7 +73,7 @@ def test_the_efforts_lead_back_to_the_motors(robot):
 
 def test_the_hessian_is_symmetric_under_conservative_loads(robot):
     loaded = moved(robot, loads=heavy(robot))
-    unit = robot.arrays.unit
+    unit = robot.kernel_arrays.unit
     tangent = loaded.tangent * unit[:, None] * unit
     np.testing.assert_allclose(tangent, tangent.T, atol=1e-10 * np.abs(tangent).max())
 

@@ -71,7 +71,7 @@ def test_indices_are_those_of_the_spectra_and_signs_those_of_the_determinant(nam
     robot, random = load_robot(name), np.random.default_rng(3)
     home, seen = solve_home(robot), set()
     same_side = kinemato_statics(home).singularity("inverse").sign * home.signs.inverse_sign
-    load = 3.0 * robot.arrays.energy_unit / robot.mean_length
+    load = 3.0 * robot.kernel_arrays.energy_unit / robot.mean_length
     for _ in range(60):
         away = random.uniform(-1.0, 1.0, robot.motor_count) * RANGES[name]
         force = random.normal(size=3) * load * (1.0 if not robot.planar else [1.0, 1.0, 0.0])
@@ -136,7 +136,7 @@ def test_the_sign_is_that_of_the_determinant_under_loads_without_a_potential_too
     """It was that of the symmetric part: of strong loads another one."""
     robot, random = load_robot("three_rfs"), np.random.default_rng(7)
     home, seen = solve_home(robot), []
-    unit = robot.arrays.energy_unit * np.array([1.0] * 3 + [1.0 / robot.mean_length] * 3)
+    unit = robot.kernel_arrays.energy_unit * np.array([1.0] * 3 + [1.0 / robot.mean_length] * 3)
     for _ in range(40):
         loads = Loads.none().with_(
             wrench_body=unit * random.normal(size=6),

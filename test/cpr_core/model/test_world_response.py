@@ -33,7 +33,7 @@ def loaded(name):
 @pytest.mark.parametrize("name", list(shipped_robots()))
 def test_it_is_that_of_the_kinemato_static_model(name):
     equilibrium = loaded(name)
-    assert module.border_of(equilibrium.robot.arrays, equilibrium.factors) is not None
+    assert module.border_of(equilibrium.robot.kernel_arrays, equilibrium.factors) is not None
     mine, theirs = world_response(equilibrium), module._dense(equilibrium)
     for matrix in MATRICES:
         expected = getattr(theirs, matrix)
@@ -47,7 +47,7 @@ def test_it_is_that_of_full_solves(name):
     equilibrium = solve_home(rigid_leg()) if name == "rigid_leg" else loaded(name)
     robot, response = equilibrium.robot, world_response(equilibrium)
     units, axes = wrench_units(equilibrium.robot), robot.platform_axes
-    lengths, step = robot.arrays.unit[robot.platform_indices], 1e-5
+    lengths, step = robot.kernel_arrays.unit[robot.platform_indices], 1e-5
 
     def beside(wrench, motors):
         world = np.zeros(6)
@@ -57,7 +57,7 @@ def test_it_is_that_of_full_solves(name):
         )
         turn = rotation_log(found.platform_rotation @ equilibrium.platform_rotation.T)
         twist = np.concatenate([turn, found.platform_position - equilibrium.platform_position])
-        efforts = found.efforts * robot.motor_units / robot.arrays.energy_unit
+        efforts = found.efforts * robot.motor_units / robot.kernel_arrays.energy_unit
         return np.concatenate([twist[axes] / lengths, efforts])
 
     known = equilibrium.loads, equilibrium.load_arrays

@@ -300,7 +300,7 @@ def test_finer_grids_do_not_move_an_equilibrium(name, modes):
     vars(fine)["grid"] = rod_grid(64, robot.breakpoints, 2)
     assert len(robot.grid.nodes) < 32
     found, expected = solve_home(robot), solve_home(fine)
-    assert fine.arrays.weights.shape == (64,)
+    assert fine.kernel_arrays.weights.shape == (64,)
     assert_allclose(found.platform_position, expected.platform_position, rtol=0.0, atol=1e-10)
     assert_allclose(found.platform_rotation, expected.platform_rotation, rtol=0.0, atol=1e-9)
     assert_allclose(found.efforts, expected.efforts, rtol=0.0, atol=1e-9)

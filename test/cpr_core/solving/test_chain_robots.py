@@ -103,12 +103,12 @@ def test_a_shared_motor_is_the_motors_moved_together():
     np.testing.assert_allclose(kinemato_statics(shared).jacobian, jacobian, atol=1e-9)
     # H_r with the motors free, reduced by the chain rule: as many negative eigenvalues.
     states = np.zeros((alone.state_size, paired.state_size))
-    states[: alone.arrays.motor_index, : paired.arrays.motor_index] = np.eye(
-        alone.arrays.motor_index
+    states[: alone.kernel_arrays.motor_index, : paired.kernel_arrays.motor_index] = np.eye(
+        alone.kernel_arrays.motor_index
     )
-    states[alone.arrays.motor_index :, paired.arrays.motor_index :] = moved_by
+    states[alone.kernel_arrays.motor_index :, paired.kernel_arrays.motor_index :] = moved_by
     whole = states.T @ separate.tangent @ states
-    unit = paired.arrays.unit
+    unit = paired.kernel_arrays.unit
     np.testing.assert_allclose(
         shared.tangent * unit[:, None] * unit, whole * unit[:, None] * unit, atol=1e-9
     )

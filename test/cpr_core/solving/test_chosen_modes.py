@@ -110,7 +110,7 @@ def held_at_zero(exact, counts):
         for direction, many in enumerate(rod.element.modes.counts)
         for number in range(few[direction], many)
     ]
-    free, unit = robot.arrays.motor_index, robot.arrays.unit
+    free, unit = robot.kernel_arrays.motor_index, robot.kernel_arrays.unit
     axes = robot.platform_indices[robot.platform_axes >= 3]
     held = np.eye(free)[given_up]
     for equilibrium in exact:

@@ -177,7 +177,7 @@ def test_a_symmetric_robot_is_not_led_over_a_bifurcation(stable_only, kind, even
     """On the symmetric branch Newton's method converges wherever it begins, stable or not."""
     robot = load_robot("three_rfs")
     start = solve_forward(robot, np.full(3, solve_home(robot).motors.mean()))
-    unit = robot.arrays.energy_unit / robot.mean_length**2
+    unit = robot.kernel_arrays.energy_unit / robot.mean_length**2
     crushed = robot.with_parameters({"loads.platform_force[2]": -10.0 * unit})
     with pytest.raises(kind) as caught:
         continued(start, crushed, stable_only=stable_only)

@@ -31,7 +31,9 @@ def test_natural_units_do_not_depend_on_how_a_rod_is_cut():
     for pieces in (2, 3):
         cut = in_pieces("rfrfr", pieces)
         assert cut.mean_length == pytest.approx(whole.mean_length, rel=1e-14)
-        assert cut.arrays.energy_unit == pytest.approx(whole.arrays.energy_unit, rel=1e-14)
+        assert cut.kernel_arrays.energy_unit == pytest.approx(
+            whole.kernel_arrays.energy_unit, rel=1e-14
+        )
         np.testing.assert_allclose(cut.motor_units, whole.motor_units, rtol=1e-14)
         again = Assessment(solve_home(cut))
         assert again.margin == pytest.approx(found.margin, rel=5e-3)
@@ -50,7 +52,9 @@ def test_a_stiff_fitting_decides_no_natural_unit():
         leg["chain"] = [joint, {"rod": fitting, "strain": {"bending_3": 1}}, {"rod": {}}]
     fitted = load_robot(described)
     assert fitted.mean_length == pytest.approx(1.03 * plain.mean_length)
-    assert fitted.arrays.energy_unit == pytest.approx(plain.arrays.energy_unit, rel=1e-3)
+    assert fitted.kernel_arrays.energy_unit == pytest.approx(
+        plain.kernel_arrays.energy_unit, rel=1e-3
+    )
     both = [Assessment(solve_home(robot)) for robot in (plain, fitted)]
     for name in ("forward_singularity", "inverse_singularity"):
         first, second = (found.value(name) for found in both)

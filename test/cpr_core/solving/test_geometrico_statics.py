@@ -49,8 +49,8 @@ def assert_solves_the_model(equilibrium):
         equilibrium.platform_rotation,
         equilibrium.platform_position,
     )
-    rows = np.arange(robot.arrays.motor_index)
-    unit = robot.arrays.unit[rows] / robot.arrays.energy_unit
+    rows = np.arange(robot.kernel_arrays.motor_index)
+    unit = robot.kernel_arrays.unit[rows] / robot.kernel_arrays.energy_unit
     assert np.abs(value.residual[rows] * unit).max() < 1e-10
     np.testing.assert_allclose(value.residual[robot.motor_indices], equilibrium.efforts)
     rotation = equilibrium.platform_rotation

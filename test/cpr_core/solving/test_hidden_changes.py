@@ -172,7 +172,7 @@ def test_events_do_not_depend_on_how_many_points_are_kept(points):
 
 def pushed_along(robot, force):
     """At home under a force [E J / l^2] that turns with the platform."""
-    unit = robot.arrays.energy_unit / robot.mean_length
+    unit = robot.kernel_arrays.energy_unit / robot.mean_length
     loads = robot.default_loads.with_(wrench_body=[0.0, 0.0, 0.0, *(unit * np.array(force))])
     return solve_forward(robot, solve_home(robot).motors, loads=loads)
 

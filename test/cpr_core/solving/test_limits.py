@@ -94,6 +94,17 @@ def test_an_effort_beyond_its_limit_is_refused_by_name(motor):
     assert caught.value.limits == (-0.66, 0.66)
 
 
+@pytest.mark.parametrize("by", [0.5, 2.0])
+def test_a_position_beyond_its_range_is_told_as_it_was_asked_for(by):
+    """Not as it was where the way ended, just beyond the range."""
+    home = solve_home(load_robot("rfrfr")).motors
+    robot = limited(0, position=[home[0] - 0.1, home[0] + 0.1])
+    with pytest.raises(MotorLimitExceeded, match=rf"motor1: position {home[0] + by:.6g}") as caught:
+        solve_forward(robot, home + [by, 0.0])
+    assert caught.value.value == home[0] + by
+    np.testing.assert_allclose(caught.value.last.motors[0], home[0] + 0.1, atol=1e-6)
+
+
 @pytest.mark.parametrize("interval", [[2.5, 4.0], [1.0, 2.7]])
 def test_both_ends_of_a_range_count(interval):
     found = solve_home(limited(0, position=interval))

@@ -92,7 +92,7 @@ def test_straight_legs_need_no_walk_either(straight):
 
 def test_signs_with_delayed_slots_are_those_of_the_eigenvalues(straight):
     """Also where a load has bent the legs out, or made the robot unstable."""
-    found, force = 0, straight.arrays.energy_unit / straight.mean_length
+    found, force = 0, straight.kernel_arrays.energy_unit / straight.mean_length
     for factor in (0.0, 1e-3, -1e-3, 0.1):
         loads = Loads.none().with_(wrench_world=[0, 0, 0, factor * force, 0, 0])
         equilibrium = solve_forward(straight, solve_home(straight).motors, loads=loads)
@@ -114,7 +114,7 @@ def test_predictions_from_delayed_slots_are_used(straight):
     near = solve_inverse(straight, pose, start=home)
     target, steps = target_of(home, "pose", pose), {}
     for mode in (FREELY, UNPREDICTED):
-        records, kept = new_record(straight, 1), kept_factors(straight.arrays)
+        records, kept = new_record(straight, 1), kept_factors(straight.kernel_arrays)
         made = continue_prepared(
             straight.prepared,
             home.load_arrays,
@@ -152,7 +152,7 @@ def robot(request):
 def taken_as_near(start, target):
     """Whether the kernel tries a request in one watched step."""
     robot = start.robot
-    records, kept = new_record(robot, 1), kept_factors(robot.arrays)
+    records, kept = new_record(robot, 1), kept_factors(robot.kernel_arrays)
     records[:] = np.nan
     continue_prepared(
         robot.prepared,
@@ -181,7 +181,7 @@ def test_kernel_and_targets_agree_on_what_is_near(robot, seed, distance):
         turn[:2] = moved[2] = 0.0
     turn *= random.uniform() * distance / np.linalg.norm(turn)
     moved *= random.uniform() * distance * robot.mean_length / np.abs(moved).max()
-    efforts = EFFORT_UNIT * robot.arrays.energy_unit * direction / robot.motor_units
+    efforts = EFFORT_UNIT * robot.kernel_arrays.energy_unit * direction / robot.motor_units
     for target in (
         MotorTarget(start.motors + robot.motor_units * direction),
         EffortTarget(start.efforts + efforts),
@@ -208,7 +208,7 @@ def steps_made(start, target, record, given):
         record,
         start.factors,
         new_record(robot, 1),
-        kept_factors(robot.arrays),
+        kept_factors(robot.kernel_arrays),
     )
 
 
@@ -240,7 +240,7 @@ def test_motors_that_a_pose_leaves_unknown_are_not_read(robot):
 
 
 def test_loads_are_as_far_as_efforts_of_the_same_size(robot):
-    start, size = solve_home(robot), 0.3 * robot.arrays.energy_unit
+    start, size = solve_home(robot), 0.3 * robot.kernel_arrays.energy_unit
     effort = EffortTarget(start.efforts + size / robot.motor_units)
     loads = start.loads.with_(wrench_world=[0.0, 0.0, size, 0.0, 0.0, 0.0])
     if robot.description.point_platform:
@@ -321,7 +321,7 @@ def test_efforts_themselves_need_not_be_near():
 
 def pushed_by(robot, random):
     """At home under a wrench in the axes of the platform: it has no potential."""
-    unit = 0.2 * robot.arrays.energy_unit
+    unit = 0.2 * robot.kernel_arrays.energy_unit
     wrench = random.normal(size=6) * unit * np.array([1.0] * 3 + [1.0 / robot.mean_length] * 3)
     wrench *= (
         [0.0, 0.0, not robot.description.point_platform, 1.0, 1.0, 0.0] if robot.planar else 1.0

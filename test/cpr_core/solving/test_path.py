@@ -24,7 +24,7 @@ def path_of(robot, problem, loaded=False):
     target = solve_forward(robot, solve_home(robot).motors + pattern * reach)
     loads = solve_home(robot).loads
     if loaded:
-        force = 0.1 * robot.arrays.energy_unit / robot.mean_length
+        force = 0.1 * robot.kernel_arrays.energy_unit / robot.mean_length
         loads = loads.with_(wrench_world=[0, 0, 0, force, -force, 0])
     return Path(
         solve_home(robot), target_of(solve_home(robot), problem, getattr(target, problem)), loads
@@ -42,8 +42,8 @@ def test_tangents_are_those_of_differences(name, problem, loaded):
     step = 1e-4
     before, after = path.at(middle, 0.3 - step), path.at(middle, 0.3 + step)
     rate = path.tangent(middle)
-    unit = middle.equilibrium.robot.arrays.unit
-    inner = middle.equilibrium.robot.arrays.platform_index
+    unit = middle.equilibrium.robot.kernel_arrays.unit
+    inner = middle.equilibrium.robot.kernel_arrays.platform_index
     change = (after.equilibrium.state - before.equilibrium.state)[:inner] / unit[:inner]
     expected = change / (2.0 * step)
     found = rate.unknowns[:inner] / rate.fraction

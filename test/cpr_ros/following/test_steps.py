@@ -32,7 +32,7 @@ def test_legs_and_platform_count_in_their_units_motors_and_forces_do_not(name):
     moved = solve_forward(robot, home.motors + ways)
     strains = moved.leg_coordinates - home.leg_coordinates
     changes = [
-        strains / robot.arrays.unit[robot.elastic_indices],
+        strains / robot.kernel_arrays.unit[robot.elastic_indices],
         (moved.platform_position - home.platform_position) / robot.mean_length,
         (moved.platform_rotation - home.platform_rotation).ravel(),
     ]

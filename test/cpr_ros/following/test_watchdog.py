@@ -15,6 +15,13 @@ def test_age_counts_from_the_newest_input():
     assert watchdog.stale(11.51)
 
 
+def test_what_came_after_the_tick_had_begun_is_new():
+    """A negative age would say that nothing ever came."""
+    watchdog = Watchdog(0.5)
+    watchdog.feed(10.1)
+    assert watchdog.age(10.0) == 0.0
+
+
 def test_a_timeout_below_a_second_is_not_cut_off():
     watchdog = Watchdog(0.25)
     watchdog.feed(0.0)

@@ -342,7 +342,7 @@ def test_a_push_that_a_message_calls_unfelt_is_not_felt():
     told = wrench_estimate(found, frames, stamp, with_pose=False, latency=0.0, solve_time=0.0)
     assert (told.felt, told.coordinates) == (3, 6)
     assert (told.degrees_of_freedom, told.with_pose) == (0, False)
-    push = 1e-4 * home.robot.arrays.energy_unit / home.robot.mean_length
+    push = 1e-4 * home.robot.kernel_arrays.energy_unit / home.robot.mean_length
     message = WrenchStamped()
     for unfelt in np.reshape(told.unfelt, (3, 6)):
         force, torque = message.wrench.force, message.wrench.torque
