@@ -3,7 +3,7 @@
 
 """What each private interface of numba gains: compiling and solving with it and without.
 
-    python -m benchmarks.numba_without --runs 2 > gains.json     # compiles everything twelve times
+    python -m benchmarks.numba_without --runs 2 > gains.json     # compiles everything 16 times
 
 Cases take turns, each in processes of its own: one that compiles every kernel into an empty cache, and
 others that load them from there and solve. Times are user time of the processor: for compiling of the
@@ -42,6 +42,8 @@ CASES = {
     "references not counted": ("_nrt",),
     "forced inlining": ("forceinline",),
     "no wrappers": ("no_cpython_wrapper", "no_cfunc_wrapper"),
+    "code loaded alone": ("loaded code",),
+    "stamp of the cache": ("cache stamp",),
     "everything": ("loop hint", "_nrt", "forceinline", "no_cpython_wrapper", "no_cfunc_wrapper"),
 }
 #: Robots, and motors near home [rad].
@@ -77,6 +79,14 @@ def compile_all() -> dict[str, float]:
     for _ in compile_kernels():
         pass
     return {"compile": _user_time()}
+
+
+def start() -> dict[str, float]:
+    """Import the library, load a robot and solve once, in this process [s]."""
+    import cpr_core
+
+    cpr_core.solve_forward(cpr_core.load_robot("six_rfs"), STARTS["six_rfs"])
+    return {"process with one solve, six_rfs": _user_time()}
 
 
 def solve_all() -> dict[str, float]:
@@ -143,7 +153,7 @@ def main() -> None:
     best: dict[str, dict[str, float]] = {case: {} for case in arguments.cases}
     for _ in range(arguments.runs):
         with tempfile.TemporaryDirectory() as folder:
-            for part in ("compile_all", "solve_all", "solve_all", "solve_all"):
+            for part in ("compile_all", "start", "start", "solve_all", "solve_all", "solve_all"):
                 for case in arguments.cases:
                     cache = os.path.join(folder, case.replace(" ", "-"))  # noqa: PTH118
                     for key, value in _in_process(case, part, cache).items():

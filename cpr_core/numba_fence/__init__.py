@@ -13,7 +13,8 @@ says so.
     loaded_code      machine code is loaded alone; without: with all that compiling needs
     compile_events   whoever waits is told which kernel is compiled; without: nobody is told
 
-There is no way without the typing extension (``typing_extension``): lanes are a type of their own.
+There is no way without the extension of its types (``typing_extension``): lanes are a type of their own,
+and so are robots that are taken apart once (``borrowed_values``). Without it the import says so.
 
 Where no folder can be written to, machine code is not kept either; a warning says that too.
 """

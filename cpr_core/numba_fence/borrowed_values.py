@@ -12,18 +12,20 @@ from typing import Any
 
 import numpy as np
 from numba import typeof
-from numba.core import cgutils, types
-from numba.core.typing.templates import AttributeTemplate
-from numba.extending import (
+from numpy.typing import NDArray
+
+from .typing_extension import (
+    AttributeTemplate,
     NativeValue,
+    cgutils,
     infer_getattr,
     intrinsic,
     lower_getattr_generic,
     models,
     register_model,
+    types,
     unbox,
 )
-from numpy.typing import NDArray
 
 __all__ = ["Borrowed", "size_of", "store"]
 

@@ -150,11 +150,11 @@ def _turn(joint: ChainJoint, before: ChainState, index: int | None, value: float
         before,
         before._replace(frame=turn @ before.frame),
         np.eye(12),
-        index,
-        column,
-        joint.stiffness * (value - joint.rest) - joint.ratio * float(axis @ before.moment),
-        row,
-        joint.stiffness,
+        index=index,
+        column=column,
+        gradient=joint.stiffness * (value - joint.rest) - joint.ratio * float(axis @ before.moment),
+        row=row,
+        stiffness=joint.stiffness,
     )
 
 
@@ -172,11 +172,11 @@ def _shift(joint: ChainJoint, before: ChainState, index: int | None, value: floa
         before,
         after,
         matrix,
-        index,
-        column,
-        joint.stiffness * (value - joint.rest) - joint.ratio * float(axis @ before.force),
-        row,
-        joint.stiffness,
+        index=index,
+        column=column,
+        gradient=joint.stiffness * (value - joint.rest) - joint.ratio * float(axis @ before.force),
+        row=row,
+        stiffness=joint.stiffness,
     )
 
 
@@ -243,7 +243,12 @@ def _feed(fed: FedRod, before: ChainState, index: int | None, length: float) -> 
     column, row = np.zeros(12), np.zeros(12)
     column[_N] = row[_P] = fed.force
     return ChainStep(
-        before, before._replace(force=before.force - weight), np.eye(12), index, column, 0.0, row
+        before,
+        before._replace(force=before.force - weight),
+        np.eye(12),
+        index=index,
+        column=column,
+        row=row,
     )
 
 
@@ -269,11 +274,11 @@ def _rod_part(
         before,
         after,
         transition(end),
-        index,
-        column,
-        effort,
-        row,
-        stiffness,
+        index=index,
+        column=column,
+        gradient=effort,
+        row=row,
+        stiffness=stiffness,
         trajectory=whole,
         rod=rod.number,
     )

@@ -21,6 +21,7 @@ PACKAGES = (
     "examples",
     "launch",
 )
+#: Lines behind the docstring: what says how a function is used does not make it longer.
 MOST_LINES, MOST_PARAMETERS = 60, 8
 #: How it is said, in the docstring or a comment: of many lines, at the beginning of a clause;
 LONG = re.compile(r"(?:[.;] |\"\"\"|# )[Ll]ong, (?:as|for) ")

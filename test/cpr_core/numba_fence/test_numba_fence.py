@@ -160,6 +160,32 @@ def test_a_numba_without_any_of_them_runs_kernels_with_the_same_results(tmp_path
     assert not [path for path in kept if "cpr_core" in path.parent.name]
 
 
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        ("numba.core.typing.templates", "AbstractTemplate"),
+        ("numba.core.typing.templates", "AttributeTemplate"),
+        ("numba.extending", "lower_getattr_generic"),
+    ],
+)
+def test_a_numba_without_what_types_are_made_with_is_named(tmp_path, module, name):
+    """There is no way without; a bare name of numba told nobody what to install."""
+    code = f"import {module} as library\ndel library.{name}\nimport cpr_core"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        cwd=ROOT,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+    )
+    assert done.returncode == 1
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith(f"ImportError: numba {numba_fence.VERSION} lacks what types of kernels")
+    assert name in last and last.endswith("setup.py names the versions that have it")
+
+
 #: A kernel from disk, then one that is made of it and never was there.
 LOADED = """
 import json, sys
