@@ -94,7 +94,7 @@ class Trajectories:
         self._notice_newer()  # first: it goes on from nothing that has been replaced
         joining = self._joining(order, current, now, self._tick_work / _SHARE)
         if self.coming is not None:
-            self._end_coming(Ending(ErrorCode.PREEMPTED, "a newer trajectory came"))
+            self._end_coming(_replaced())
         if self.running is None:
             self._follower.drop("a trajectory came")
             joining.plan.advance(_FIRST_GO)
@@ -291,8 +291,7 @@ class Trajectories:
         self._follower.follow(coming.goal, now, ages=False)  # all of it has come already
         replaced, self.running, self.coming = self.running, coming, None
         if replaced is not None:
-            newer = Ending(ErrorCode.PREEMPTED, "a newer trajectory came", replaced.time)
-            replaced.on_end(newer)
+            replaced.on_end(_replaced(replaced.time))
 
     def _end_coming(self, ending: Ending) -> None:
         motion, self.coming = self.coming, None
@@ -311,3 +310,8 @@ class Trajectories:
                     self.coming.after, self.coming.cut_off = self._follower.orders, True
         finally:  # nobody else will tell
             motion.on_end(ending)
+
+
+def _replaced(time: float = 0.0) -> Ending:
+    """The end of one that another took the place of, at its time [s]."""
+    return Ending(ErrorCode.PREEMPTED, "a newer trajectory came", time, replaced=True)

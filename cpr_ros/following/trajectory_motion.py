@@ -24,12 +24,14 @@ class Ending:
         message: For a person; empty with SUCCESS.
         time: When, since its start [s].
         measure: What stood against it.
+        replaced: Whether a newer trajectory took its place, as that of a stream does.
     """
 
     val: int
     message: str = ""
     time: float = 0.0
     measure: str = ""
+    replaced: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -199,6 +199,8 @@ class Inputs:
             line = self.dropped.add(f"~/{JOINT_TRAJECTORY}", ending.message, self._clock())
             if line:
                 logger.warning(line)
+        elif ending.replaced:  # of a stream every one is
+            logger.debug(f"~/{JOINT_TRAJECTORY}: {ending.message}")
         else:
             logger.warning(f"~/{JOINT_TRAJECTORY}: {ending.val}: {ending.message}")
 

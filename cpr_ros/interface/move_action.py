@@ -236,7 +236,11 @@ class MoveAction(LongAction):
             rotation_error=measured.rotation_error,
         )
         if error is not None:
-            self._node.get_logger().warning(f"move_to: {code.val}: {code.message}")
+            said = f"move_to: {code.val}: {code.message}"
+            if handle.is_cancel_requested:  # as its client wanted it
+                self._node.get_logger().info(said)
+            else:
+                self._node.get_logger().warning(said)
         self._finish(handle, code.val, result)
 
 

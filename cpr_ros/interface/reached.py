@@ -10,7 +10,7 @@ import traceback
 from cpr_msgs.msg import Equilibrium as EquilibriumMessage
 from rclpy.node import Node
 
-from ..messages.equilibrium_messages import fill_equilibrium
+from ..messages.equilibrium_messages import fill_equilibrium, no_equilibrium
 from ..messages.frames import Frames
 from ..operation.session import Session
 
@@ -25,7 +25,7 @@ def reached(node: Node, session: Session | None, frames: Frames) -> EquilibriumM
         session: The robot in operation; None while the node is not active.
         frames: Names of the frames.
     """
-    message = EquilibriumMessage(index_locked=-1, index_free=-1)  # 0 would be stable
+    message = no_equilibrium()
     if session is None:
         return message
     current = session.solver.current

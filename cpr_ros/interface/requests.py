@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Callable
 from typing import Any
@@ -20,7 +21,7 @@ from cpr_core.model.assessment import Assessment
 
 from ..error_codes import active, error_code
 from ..messages.analysis import fill_kinemato_statics, fill_prediction, fill_stability
-from ..messages.equilibrium_messages import fill_equilibrium
+from ..messages.equilibrium_messages import fill_equilibrium, no_equilibrium
 from ..messages.frames import Frames
 from ..messages.model_error import model_error_message
 from ..middleware.waiting_requests import SERVICE_QOS, WaitingRequests
@@ -76,7 +77,7 @@ class Requests:
                     response.error_code.val = ErrorCode.SUCCESS
                 else:
                     response.error_code = code
-                    _say_no_index(response)
+                    _say_not_found(response)
             elif code is not None:
                 response.success, response.message = False, f"{code.val}: {code.message}"
             return response
@@ -107,12 +108,13 @@ class Requests:
         )
 
 
-def _say_no_index(response: Any) -> None:
-    """Of what was not found: 0 would be stable."""
+def _say_not_found(response: Any) -> None:
+    """Of what was not found: an index 0 would be stable, a margin 0 critical."""
     if hasattr(response, "solution"):
-        response.solution.index_locked = response.solution.index_free = -1
+        response.solution = no_equilibrium()
     if hasattr(response, "index"):
-        response.index = -1
+        response.index, response.margin = -1, math.nan
+        response.inverse_condition_number = math.nan
 
 
 def _about(

@@ -162,6 +162,10 @@ class TrajectoryAction(LongAction):
             logger = self._node.get_logger()
             if ending.val == ErrorCode.SUCCESS:
                 logger.info(f"trajectory done after {ending.time:.3f} s")
+            elif ending.val == ErrorCode.INVALID_MOTION_PLAN:
+                logger.warning(f"trajectory refused: {ending.val}: {ending.message}")
+            elif ending.replaced or handle.is_cancel_requested:  # as its client wanted it
+                logger.info(f"trajectory ended: {ending.val}: {ending.message}")
             else:
                 logger.warning(f"trajectory ended: {ending.val}: {ending.message}")
             result = self._dialect.result(ending, self._node, self._session())

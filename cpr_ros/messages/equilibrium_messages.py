@@ -25,7 +25,13 @@ from .geometry import fill_quaternion, fill_vector, fill_wrench, vector_of, wren
 from .motor_messages import motors_from_joint_state
 from .pose_messages import pose_numbers
 
-__all__ = ["equilibrium_from_message", "fill_equilibrium", "joint_state", "platform_pose"]
+__all__ = [
+    "equilibrium_from_message",
+    "fill_equilibrium",
+    "joint_state",
+    "no_equilibrium",
+    "platform_pose",
+]
 
 Floats = NDArray[np.float64]
 
@@ -58,6 +64,17 @@ def equilibrium_from_message(robot: Robot, message: EquilibriumMessage) -> Equil
         message.multipliers,
         rotation_from_quaternion(orientation),
         position,
+    )
+
+
+def no_equilibrium() -> EquilibriumMessage:
+    """What is said where none was found: of an index 0 would be stable, of a margin critical."""
+    return EquilibriumMessage(
+        index_locked=-1,
+        index_free=-1,
+        smallest_eigenvalue_locked=math.nan,
+        smallest_eigenvalue_free=math.nan,
+        margin=math.nan,
     )
 
 

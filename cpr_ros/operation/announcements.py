@@ -24,7 +24,7 @@ class Announcements:
 
     def __init__(self) -> None:
         """Take the robot for one that moves freely."""
-        self._halted = False
+        self._halted = self._lost = False
         self._snapped: Snapped | None = None
         self._free_since: float | None = None
         self._state = State.IDLE
@@ -44,9 +44,11 @@ class Announcements:
             now: Steady time [s].
         """
         warning, verdict = "", outcome.verdict
+        found, self._lost = not self._lost, outcome.state == State.LOST
         if verdict.action == Action.HALT or outcome.state in _HELD:
             snapped = outcome.refusal if isinstance(outcome.refusal, Snapped) else None
-            if not self._halted or (snapped is not None and snapped is not self._snapped):
+            worse = snapped is not None and snapped is not self._snapped
+            if not self._halted or worse or (found and self._lost):
                 warning = f"halt ({outcome.state.name}, {verdict.status.name}): {verdict.text}"
             self._halted, self._free_since, self._snapped = True, None, snapped
             information = ""

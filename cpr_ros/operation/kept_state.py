@@ -112,7 +112,10 @@ class KeptState:
         header = content[:HEADER_SIZE]
         self._own = header == self._layout.header
         if is_header(header) and not self._own:
-            self._read_commands(StateLayout(header))
+            before = StateLayout(header)
+            if self._never_kept(before):
+                return
+            self._read_commands(before)
             others = "another robot" if self.commands_before is None else "another description"
             self.problem = f"{self._path} is of {others}; it stays until a new state is kept"
         elif not self._own:
@@ -124,6 +127,12 @@ class KeptState:
         else:
             self._content[:] = content
             self._file.reserve(len(content))
+
+    def _never_kept(self, before: StateLayout) -> bool:
+        """Whether the file was made for another description, and nothing was ever kept there."""
+        content = self._file.read(before.size)
+        turns = [turn for turn, _ in before.slots(content)] if len(content) == before.size else []
+        return turns == [0, 0]
 
     def _read_commands(self, before: StateLayout) -> None:
         """Take the commands that the same motors had under another description."""

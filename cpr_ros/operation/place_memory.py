@@ -86,8 +86,9 @@ class PlaceMemory:
                 f"where the robot is will not be kept in {file}: {error}; that is tried again "
                 "every second"
             )
-            if _may_be_there(file):
-                self.lost = f"the last state cannot be read ({error})"
+            self.lost = f"the last state cannot be read ({error})"
+            if not _may_be_there(file):
+                self.lost = f"it cannot be kept where the robot is ({error}), so another start would not know"
             return
         if self._kept.damage:
             self.lost = f"the last state is not used: {self._kept.damage}"

@@ -28,8 +28,13 @@ The ROS 2 node of a continuum parallel robot: follows setpoints, answers service
 Parameters; those marked live may be changed while the node runs:
 """
 _NAMES = tuple(parameter.name for parameter in PARAMETERS)
+#: Twice as long as the longest one.
+_LONGEST_NAME = 2 * max(map(len, _NAMES))
 #: Options of ROS that stand for themselves when the marker before them is forgotten.
 _ROS_OPTIONS = ("-p", "--param", "-r", "--remap", "--params-file", "--log-level", "-e", "--enclave")
+#: All that ROS takes with a word behind it, and without one.
+_WITH_VALUE = (*_ROS_OPTIONS, "--log-config-file", "--log-file-name")
+_ALONE = re.compile("--(enable|disable)-(rosout|stdout|external-lib)-logs")
 
 
 def usage() -> str:
@@ -54,21 +59,37 @@ def unknown_arguments(arguments: list[str]) -> list[str]:
         arguments: Without the name of the program.
     """
     own, of_ros = _separated(arguments)
-    problems = []
-    skipped = False
-    for position, argument in enumerate(own):
-        if skipped:
-            skipped = False
-            continue
-        following = own[position + 1] if position + 1 < len(own) else ""
-        meant, skipped = _meant(argument, following)
-        shown = f"{argument} {following}" if skipped else argument
-        hint = f": did you mean --ros-args {meant}?" if meant else ""
-        problems.append(f"unknown argument {shown}{hint}")
+    problems = [*_unknown(own, "--ros-args "), *_unknown(_left_by_ros(of_ros), "")]
     for name in _given_parameters(of_ros):
         if name not in (*_NAMES, *ROS_PARAMETERS) and not name.startswith("qos_overrides."):
             problems.append(f"unknown parameter {name}{closest(name)}")
     return problems
+
+
+def _unknown(arguments: list[str], before: str) -> Iterator[str]:
+    """What is said of arguments that nobody takes; ``before`` what was meant belongs something else."""
+    skipped = False
+    for argument, following in itertools.pairwise([*arguments, ""]):
+        if skipped:
+            skipped = False
+            continue
+        meant, skipped = _meant(argument, following)
+        shown = f"{argument} {following}" if skipped else argument
+        hint = f": did you mean {before}{meant}?" if meant else ""
+        yield f"unknown argument {shown}{hint}"
+
+
+def _left_by_ros(of_ros: list[str]) -> list[str]:
+    """What ROS does not know of what is behind --ros-args."""
+    left, taken = [], False
+    for argument in of_ros:
+        if taken:
+            taken = False
+        elif argument in _WITH_VALUE:
+            taken = True
+        elif not _ALONE.fullmatch(argument):
+            left.append(argument)
+    return left
 
 
 def files_of_others(arguments: list[str], name: str) -> list[str]:
@@ -117,6 +138,8 @@ def _matches(section: str, name: str) -> bool:
 
 def closest(name: str) -> str:
     """Which parameter was probably meant, to be put behind the name; empty if none is near."""
+    if len(name) > _LONGEST_NAME:  # it takes long to compare, and none is like it
+        return ""
     near = difflib.get_close_matches(name, _NAMES, n=1)
     return f": did you mean {near[0]}?" if near else ""
 

@@ -21,6 +21,8 @@ from .parameter_table import PARAMETERS
 
 __all__ = ["answer_parameter_calls", "as_meant"]
 
+#: Parameters that one call may change: ticks wait for it, and the node has some dozens.
+_MOST = 100
 _DOUBLES = {parameter.name for parameter in PARAMETERS if parameter.kind == "double"}
 
 
@@ -45,16 +47,26 @@ def answer_parameter_calls(node: Node) -> None:
     """Answer calls that rclpy raises for, and then never answers, with no and a reason."""
 
     def set_each(request: Any, response: Any) -> Any:
-        response.results = [_changed(node, [message]) for message in request.parameters]
+        count = len(request.parameters)
+        if count > _MOST:
+            response.results = [_too_many(count)] * count
+        else:
+            response.results = [_changed(node, [message]) for message in request.parameters]
         return response
 
     def set_together(request: Any, response: Any) -> Any:
-        response.result = _changed(node, request.parameters)
+        count = len(request.parameters)
+        response.result = _too_many(count) if count > _MOST else _changed(node, request.parameters)
         return response
 
     callbacks = {SetParameters: set_each, SetParametersAtomically: set_together}
     for service in node.services:
         service.callback = callbacks.get(service.srv_type, service.callback)
+
+
+def _too_many(count: int) -> SetParametersResult:
+    reason = f"expected at most {_MOST} parameters in a call, got {count}: none is changed"
+    return SetParametersResult(successful=False, reason=reason)
 
 
 def _changed(node: Node, messages: Iterable[ParameterMessage]) -> SetParametersResult:
@@ -64,7 +76,7 @@ def _changed(node: Node, messages: Iterable[ParameterMessage]) -> SetParametersR
         for parameter in given:
             if not node.has_parameter(parameter.name):
                 name = parameter.name
-                raise ValueError(f"unknown parameter {name}{closest(name)}")
+                raise ValueError(f"unknown parameter {name:.100}{closest(name)}")
         return node.set_parameters_atomically(given)
     except (ValueError, ParameterNotDeclaredException) as error:
         return SetParametersResult(successful=False, reason=str(error))
@@ -83,7 +95,7 @@ def _read(message: ParameterMessage) -> Parameter:
     known = [kind.value for kind in Parameter.Type]
     if message.value.type not in known:
         raise ValueError(
-            f"{message.name}: expected a type {known[0]} to {known[-1]} of "
+            f"{message.name:.100}: expected a type {known[0]} to {known[-1]} of "
             f"rcl_interfaces/ParameterType, got {message.value.type}"
         )
     return Parameter.from_parameter_msg(message)

@@ -67,6 +67,19 @@ def test_a_robot_that_may_have_snapped_is_told_of_within_a_halt_too(log):
     ]
 
 
+def test_a_robot_that_becomes_lost_within_a_halt_is_told_of_once(log):
+    nowhere = Verdict(Status.NOT_CONVERGED, "nowhere", Action.HALT, 0.0, "margin", 0.0)
+    log.ticks(10, State.TRACKING, HALT)
+    for _ in range(2):
+        log.ticks(10, State.LOST, nowhere)
+        log.ticks(10, State.TRACKING, HALT)
+    assert log.warnings == [
+        "halt (TRACKING, HALT_FOR_STABILITY): too near",
+        *["halt (LOST, NOT_CONVERGED): nowhere"] * 2,
+    ]
+    assert log.informations == []
+
+
 def test_motors_that_are_measured_no_more_are_told_once(log):
     gone, back = "the measured motors are older than measured_timeout 0.5 s", ""
     told = [log.announcements.of_motors(why) for why in (back, gone, gone, back, back, gone)]

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from helpers.kept_states import ROBOT, at
 
-from cpr_core import CprError, solve_forward, solve_home
+from cpr_core import CprError, load_robot, solve_forward, solve_home
 from cpr_ros.operation.kept_state import KeptState, state_folder
 
 
@@ -23,6 +23,20 @@ def test_nothing_is_known_at_first(file):
     kept = KeptState(file, ROBOT)
     assert kept.last() is None and not kept.problem
     kept.close()
+
+
+@pytest.mark.parametrize("other", [load_robot("six_rfs"), load_robot("rfrfr", modes=7)])
+def test_a_file_in_which_another_robot_never_kept_anything_is_new(file, other):
+    """Who started the node without arguments first was told of a last state that there never was."""
+    KeptState(file, other).close()
+    kept = KeptState(file, ROBOT)
+    assert kept.last() is None and kept.last_commands() is None
+    assert (kept.problem, kept.damage) == ("", "")
+    kept.keep(found := at(0.4), found.motors)
+    kept.close()
+    again = KeptState(file, ROBOT)
+    np.testing.assert_array_equal(again.last_commands(), found.motors)
+    again.close()
 
 
 def test_what_was_kept_is_there_again_to_the_last_digit(file):

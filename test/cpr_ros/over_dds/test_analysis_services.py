@@ -190,4 +190,5 @@ def test_bad_questions_are_refused_with_a_reason(rfrfr, kind, name, fields, code
     assert answer.error_code.val == code, answer.error_code.message
     assert answer.error_code.message
     assert getattr(answer, "index", -1) == -1  # 0 would be stable
+    assert math.isnan(getattr(answer, "margin", math.nan))  # 0 would be critical
     assert ask(rfrfr, CheckStability, "check_stability").error_code.val == ErrorCode.SUCCESS

@@ -17,7 +17,7 @@ from helpers.driver import Driver
 from helpers.map_client import MEDIUM, MapClient
 from helpers.node_process import running_node
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import GetParameters, SetParameters
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 
@@ -106,6 +106,25 @@ def test_an_unknown_parameter_is_answered_with_the_nearest_name(left):
     (refused,) = set_each(left.client, number("margin_waning", 0.3))
     assert not refused.successful
     assert refused.reason == "unknown parameter margin_waning: did you mean margin_warning?"
+
+
+@pytest.mark.parametrize("kind", [SetParameters, SetParametersAtomically])
+def test_a_call_with_thousands_of_parameters_changes_none(left, kind):
+    """Ticks and stream waited for it, for seconds: a supervisor took the node for dead."""
+    service = f"/cpr_node/set_parameters{'_atomically' if kind is SetParametersAtomically else ''}"
+    request = kind.Request(parameters=[number("max_speed", 1.0 + 1e-4 * i) for i in range(5000)])
+    answer = left.client.call(kind, service, request)
+    results = [answer.result] if kind is SetParametersAtomically else answer.results
+    assert len(results) in (1, 5000) and not any(result.successful for result in results)
+    expected = "expected at most 100 parameters in a call, got 5000: none is changed"
+    assert {result.reason for result in results} == {expected}
+    assert values(left.client, "max_speed")[0].double_value == 4.0
+
+
+def test_an_endless_name_is_not_repeated_whole(left):
+    (refused,) = set_each(left.client, number("margin_stop" * 100_000, 0.1))
+    assert refused.reason.startswith("unknown parameter margin_stopmargin_stop")
+    assert len(refused.reason) < 150
 
 
 def test_numbers_are_taken_as_the_tools_of_ros_send_them(left):

@@ -242,6 +242,7 @@ def test_bad_forward_request_is_refused_with_a_reason(rfrfr, case):
     assert answer.error_code.val == code, answer.error_code.message
     assert text in answer.error_code.message
     assert (answer.solution.index_locked, answer.solution.index_free) == (-1, -1)  # 0 is stable
+    assert math.isnan(answer.solution.margin)  # 0 is critical
     assert_still_answers(rfrfr)
 
 

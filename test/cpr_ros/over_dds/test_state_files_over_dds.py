@@ -148,6 +148,22 @@ def test_a_full_disk_is_told_once_and_neither_ends_the_node_nor_stops_the_motion
     assert bench.longest_step() <= 1.0 + 2e-5
 
 
+def test_where_no_file_can_be_made_the_operator_says_where_the_robot_is(bench):
+    """Killed and started again it went home at once, wherever its robot was."""
+    bench.file.parent.touch()
+    bench.start(until="")
+    bench.process.process.wait(timeout=60.0)
+    assert bench.process.process.returncode == 1
+    said = bench.process.output()
+    assert "start_from:=home, where its motors have to be then" in said
+    assert "it cannot be kept where the robot is" in said and str(bench.file.parent) in said
+    assert bench.commands == []
+    bench.start("start_from:=home")
+    bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+    bench.send(2.7, 0.4)
+    bench.until_at([2.7, 0.4])
+
+
 def test_a_disk_that_turns_read_only_does_not_send_the_next_node_back(bench):
     """It began where the robot was before that, and its first command led 0.8 rad back at once."""
     bench.keep(load_robot("rfrfr"))

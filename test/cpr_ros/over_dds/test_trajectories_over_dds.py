@@ -207,6 +207,20 @@ def test_names_in_another_order_and_the_topic(drive, following):
     drive.until_state(StabilityMetrics.STATE_IDLE)
 
 
+def test_a_stream_of_them_is_followed_and_not_worth_a_line_each(rfrfr, drive, following):
+    """As moveit_servo sends them: every one takes the place of the one before."""
+    written = len(rfrfr.process.output())
+    for part in np.linspace(0.0, 1.0, 60):
+        end = HOME + part * np.array([0.1, -0.2])
+        following.topic.publish(trajectory([0.05], [end]))
+        drive.spin(0.02)
+    drive.until(lambda: np.array_equal(drive.motors, end))
+    drive.until_state(StabilityMetrics.STATE_IDLE)
+    said = rfrfr.process.output()[written:]
+    assert "~/joint_trajectory: done" in said
+    assert "[WARN]" not in said and "newer" not in said
+
+
 def test_into_the_instability_it_is_refused_beforehand(drive, following):
     done = following.result(following.send(trajectory([8.0], [DOWN])))
     assert done.status == GoalStatus.STATUS_ABORTED

@@ -71,6 +71,10 @@ def test_every_word_outside_the_arguments_of_ros_is_named(words):
         (["-p", "robot:=rfrfr"], "--ros-args -p robot:=rfrfr"),
         (["__ns:=/left"], "--ros-args -r __ns:=/left"),
         (["--params-file", "mine.yaml"], "--ros-args --params-file mine.yaml"),
+        (["--ros-args", "robot:=rfrfr"], "-p robot:=rfrfr"),
+        (["--ros-args", "-p", "modes:=5", "robot:=rfrfr", "-r", "a:=b"], "-p robot:=rfrfr"),
+        (["--ros-args", "--robot", "rfrfr"], "-p robot:=rfrfr"),
+        (["--ros-args", "--log-level", "debug", "__ns:=/left"], "-r __ns:=/left"),
     ],
 )
 def test_an_argument_of_another_form_ends_the_node_with_2_and_what_was_meant(arguments, meant):
