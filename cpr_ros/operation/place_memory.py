@@ -88,7 +88,9 @@ class PlaceMemory:
             )
             self.lost = f"the last state cannot be read ({error})"
             if not _may_be_there(file):
-                self.lost = f"it cannot be kept where the robot is ({error}), so another start would not know"
+                self.lost = (
+                    f"where the robot is cannot be kept ({error}): the next start would not know"
+                )
             return
         if self._kept.damage:
             self.lost = f"the last state is not used: {self._kept.damage}"

@@ -40,7 +40,7 @@ class RobotBench:
             EVERY_MESSAGE,
         )
         self.setpoints = node.create_publisher(Float64MultiArray, "/cpr_node/commands", 1)
-        self.measured = None
+        self.measured = self.motors = None
         self.process = None
 
     def start(self, *parameters, until="ready"):
@@ -71,13 +71,27 @@ class RobotBench:
 
     def measure(self, motors, names=("motor1", "motor2")):
         """Say ten times a second where the motors are, and nothing else any more."""
+        message = JointState(name=names, position=[float(q) for q in motors])
+        self._measure(0.1, lambda: message)
+
+    def measure_followers(self, motors, lag=0.03):
+        """Motors that follow the commands, late by a time constant [s], from where they are now on."""
+        self.motors = np.array(motors, float)
+
+        def follow():
+            if self.commands:
+                self.motors += 0.01 / lag * (self.commands[-1] - self.motors)
+            return JointState(name=["motor1", "motor2"], position=self.motors.tolist())
+
+        self._measure(0.01, follow)
+
+    def _measure(self, period, message):
         node = self.client.node
         self.measure_no_more()
         publisher = node.create_publisher(
             JointState, "/measured_joint_states", qos_profile_sensor_data
         )
-        message = JointState(name=names, position=[float(q) for q in motors])
-        timer = node.create_timer(0.1, lambda: publisher.publish(message))
+        timer = node.create_timer(period, lambda: publisher.publish(message()))
         self.measured = timer, publisher
 
     def measure_no_more(self):

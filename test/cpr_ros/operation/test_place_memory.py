@@ -99,7 +99,7 @@ def test_where_there_can_be_no_file_nobody_knows(file, remember, said, monkeypat
     else:
         file.parent.rmdir()
         file.parent.touch()
-    assert remember().lost.startswith("it cannot be kept where the robot is")
+    assert remember().lost.startswith("where the robot is cannot be kept")
     assert len(said) == 1 and "will not be kept" in said[0]
 
 

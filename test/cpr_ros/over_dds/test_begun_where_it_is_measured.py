@@ -3,9 +3,13 @@
 
 """A node begins where its motors are measured, or says why it does not begin."""
 
+import os
+import random
+
 import numpy as np
 import pytest
 from helpers.node_process import change
+from helpers.robot_bench import HOME
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from sensor_msgs.msg import JointState
@@ -13,6 +17,9 @@ from sensor_msgs.msg import JointState
 from cpr_core import load_robot, solve_forward, solve_inverse
 
 pytestmark = pytest.mark.waits(seconds=40)
+
+#: Ends of a node in motion; the variable asks for more of them.
+MOMENTS = int(os.environ.get("CPR_MOMENTS", "3"))
 
 
 def test_what_is_measured_is_where_the_node_begins(bench):
@@ -29,6 +36,31 @@ def test_what_is_measured_is_where_the_node_begins(bench):
     expected = solve_forward(robot, measured)
     np.testing.assert_allclose(states[0].effort, expected.efforts, rtol=0.0, atol=1e-8)
     assert all(np.array_equal(command, measured) for command in bench.commands)
+
+
+def test_after_an_end_in_motion_the_first_command_is_where_the_motors_are(bench):
+    """They follow late, go on to the last command while there is no node, and are moved by hand."""
+    chance = random.Random(2)
+    bench.measure_followers([2.7, 0.4])
+    for moment in range(MOMENTS):
+        bench.spin(0.5)
+        bench.commands = []
+        bench.motors += chance.uniform(-0.05, 0.05)
+        stood = bench.motors.copy()
+        bench.start(until="")
+        bench.until_said("ready")
+        bench.client.spin_until(lambda: bench.commands)
+        np.testing.assert_allclose(bench.commands[0], stood, rtol=0.0, atol=1e-6)
+        bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
+        bench.send(*(HOME + chance.uniform(0.2, 1.0) * np.array([0.9, -0.9])))
+        bench.until_heard(2)
+        bench.spin(chance.uniform(0.0, 0.4))
+        before = bench.longest_step()
+        if moment % 2:
+            assert bench.process.stop() == 0
+        else:
+            bench.kill()
+        assert max(before, bench.longest_step()) <= 1.0 + 2e-5
 
 
 def test_where_it_was_measured_it_is_after_a_restart_without_any_motion(bench):

@@ -3,6 +3,7 @@
 
 """A node begins where the robot was last, and no command is far from the one before."""
 
+import os
 import random
 import signal
 
@@ -24,8 +25,9 @@ from cpr_ros.messages.frames import Frames
 
 pytestmark = pytest.mark.waits(seconds=40)
 
-#: At which a node is ended or taken through its life; five ways, one after the other.
-MOMENTS = 5
+#: At which a node is ended or taken through its life; five ways, one after the other. The variable asks
+#: for more of them.
+MOMENTS = int(os.environ.get("CPR_MOMENTS", "5"))
 
 
 def test_a_killed_node_goes_on_where_it_was(bench):

@@ -156,7 +156,7 @@ def test_where_no_file_can_be_made_the_operator_says_where_the_robot_is(bench):
     assert bench.process.process.returncode == 1
     said = bench.process.output()
     assert "start_from:=home, where its motors have to be then" in said
-    assert "it cannot be kept where the robot is" in said and str(bench.file.parent) in said
+    assert "where the robot is cannot be kept" in said and str(bench.file.parent) in said
     assert bench.commands == []
     bench.start("start_from:=home")
     bench.client.spin_until(lambda: bench.setpoints.get_subscription_count() > 0)
