@@ -44,11 +44,13 @@ class Announcements:
             now: Steady time [s].
         """
         warning, verdict = "", outcome.verdict
-        found, self._lost = not self._lost, outcome.state == State.LOST
+        lost_before, self._lost = self._lost, outcome.state == State.LOST
         if verdict.action == Action.HALT or outcome.state in _HELD:
             snapped = outcome.refusal if isinstance(outcome.refusal, Snapped) else None
-            worse = snapped is not None and snapped is not self._snapped
-            if not self._halted or worse or (found and self._lost):
+            worse = self._lost and not lost_before
+            if snapped is not None and snapped is not self._snapped:
+                worse = True
+            if worse or not self._halted:
                 warning = f"halt ({outcome.state.name}, {verdict.status.name}): {verdict.text}"
             self._halted, self._free_since, self._snapped = True, None, snapped
             information = ""

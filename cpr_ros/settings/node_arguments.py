@@ -67,7 +67,12 @@ def unknown_arguments(arguments: list[str]) -> list[str]:
 
 
 def _unknown(arguments: list[str], before: str) -> Iterator[str]:
-    """What is said of arguments that nobody takes; ``before`` what was meant belongs something else."""
+    """What is said of arguments that nobody takes.
+
+    Args:
+        arguments: The arguments.
+        before: What has to stand in front of what was meant.
+    """
     skipped = False
     for argument, following in itertools.pairwise([*arguments, ""]):
         if skipped:
