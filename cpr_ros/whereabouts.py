@@ -71,6 +71,8 @@ class Whereabouts:
         self._memory = PlaceMemory(folder / file, session.robot, node.get_logger())
         #: Why the robot can only be where it is measured; empty if it can be elsewhere.
         self._lost = "" if self._from == "home" else self._memory.lost
+        #: Whether the motors were measured where the robot was last: who does it may be found later.
+        self._measured_before = False
 
     def begin(self) -> str:
         """Put the robot at home or where it was last; says what was done.
@@ -87,6 +89,7 @@ class Whereabouts:
             try:
                 last = None if self._lost else self._memory.last()
                 if last is not None:
+                    self._measured_before = last.measured
                     return begin_at_last(self._session, last)
                 before = self._memory.commands_before
                 if before is not None:
@@ -153,6 +156,11 @@ class Whereabouts:
                     f"{self._lost}, and nothing publishes {MEASURED}: the robot has to be measured, or "
                     "to start with start_from:=home, where its motors have to be then"
                 )
+            if self._measured_before:
+                self._node.get_logger().warning(
+                    f"the motors were measured when the robot was last moved, and nothing publishes "
+                    f"{MEASURED} now: it is taken to be where it was last"
+                )
             return
         self._wait_for_others()  # one that is not found yet may say otherwise
         motors, instead = first_measured(
@@ -195,8 +203,9 @@ class Whereabouts:
 
     def _publishers(self) -> int:
         """How many others publish measured motors."""
-        # Without them a robot that is lost would not start at all: they may take longer.
-        longer = _MEASURED_WAIT if self._lost else 0.0
+        # Without them a robot that is lost would not start at all, and one that was moved meanwhile
+        # would be sent back: they may take longer.
+        longer = _MEASURED_WAIT if self._lost or self._measured_before else 0.0
         self._wait_for_others(lambda: other_publishers(self._node, MEASURED) > 0, longer)
         return other_publishers(self._node, MEASURED)
 

@@ -49,17 +49,18 @@ class MeasuredMotors:
 
     Attributes:
         watchdog: Its age.
+        heard: Whether one has ever come, also if it was forgotten since.
     """
 
     def __init__(self, timeout: float) -> None:
         """Know of none; they are too old after ``timeout`` [s], 0: never."""
-        self.watchdog = Watchdog(timeout)
+        self.watchdog, self.heard = Watchdog(timeout), False
         self._motors: NDArray[np.float64] | None = None
         self._problem = ""
 
     def take(self, motors: NDArray[np.float64], now: float) -> None:
         """Take measured motors, (n,), at a steady time [s]."""
-        self._motors, self._problem = motors, ""
+        self._motors, self._problem, self.heard = motors, "", True
         self.watchdog.feed(now)
 
     def refuse(self, problem: str) -> None:

@@ -39,14 +39,18 @@ class KnownPlace(NamedTuple):
     Attributes:
         equilibrium: Its last equilibrium.
         motors: Where its motors were sent, or measured, (n,) [rad or m]; None: not there any more.
+        measured: Whether the motors are measured, or were since the node was started.
     """
 
     equilibrium: Equilibrium
     motors: Floats | None
+    measured: bool = False
 
     def same_as(self, other: KnownPlace | None) -> bool:
         """Whether two places are one."""
         if other is None or self.equilibrium is not other.equilibrium:
+            return False
+        if self.measured != other.measured:
             return False
         if self.motors is None or other.motors is None or self.motors is other.motors:
             return self.motors is other.motors
@@ -162,12 +166,13 @@ class KeptState:
         """Whether it is of this robot, and no state was ever kept in it."""
         return self._own and self._turn == 0
 
-    def keep(self, equilibrium: Equilibrium, motors: Floats | None) -> None:
+    def keep(self, equilibrium: Equilibrium, motors: Floats | None, measured: bool = False) -> None:
         """Write where the robot is, in some microseconds; only now what another one left is gone.
 
         Args:
             equilibrium: As in :class:`KnownPlace`.
             motors: As in :class:`KnownPlace`.
+            measured: As in :class:`KnownPlace`.
 
         Raises:
             OSError: It is not in the file; `mend` tries again.
@@ -175,7 +180,7 @@ class KeptState:
         if motors is None:
             motors = np.full(self._robot.motor_count, np.nan)
         loads = [getattr(equilibrium.loads, name) for name in _LOADS]
-        parts = [equilibrium.configuration, *loads, motors]
+        parts = [equilibrium.configuration, *loads, np.array([float(measured)]), motors]
         self._turn += 1
         slot = self._layout.slot(self._turn, b"".join([part.tobytes() for part in parts]))
         place = HEADER_SIZE + (self._turn % 2) * len(slot)
@@ -253,7 +258,7 @@ class KeptState:
             parts["platform_rotation"].reshape(3, 3),
             parts["platform_position"],
         )
-        return KnownPlace(equilibrium, np.array(parts["commands"]))
+        return KnownPlace(equilibrium, np.array(parts["commands"]), bool(parts["measured"][0]))
 
     def last_commands(self) -> Floats | None:
         """The last motor commands, (n,) [rad or m], whatever the equilibrium; None: not known."""
@@ -271,4 +276,4 @@ class KeptState:
 def _sizes(robot: Robot) -> dict[str, int]:
     """The numbers of a slot in their order; the first three are the configuration of an equilibrium."""
     configuration = {"state": robot.state_size, "platform_rotation": 9, "platform_position": 3}
-    return configuration | _LOADS | {"commands": robot.motor_count}
+    return configuration | _LOADS | {"measured": 1, "commands": robot.motor_count}

@@ -298,10 +298,13 @@ class Session:
             return KnownPlace(equilibrium, None)
         if self.tracking is None:
             commands = self.commands.newest
-            return None if commands is None else KnownPlace(equilibrium, commands)
+            if commands is None:
+                return None
+            return KnownPlace(equilibrium, commands, self.measured.heard)
         if state not in (State.TRACKING, State.LOST):
             return None
-        return KnownPlace(equilibrium, equilibrium.motors if state == State.TRACKING else None)
+        motors = equilibrium.motors if state == State.TRACKING else None
+        return KnownPlace(equilibrium, motors, measured=True)
 
     def verdict(self, now: float) -> Verdict:
         """What is told of the last tick; of a robot that is not seen, at least to be slow."""

@@ -31,8 +31,12 @@ class Life:
     def __init__(self, folder, monkeypatch):
         self.file, self.monkeypatch, self.measured = folder / "n.7.state", monkeypatch, None
         self.publishers, self.agreeing = 0, None
+        self.node = Mock()
+        self.leave(measured=False)
+
+    def leave(self, measured):
         kept = KeptState(self.file, robot("rfrfr"))
-        kept.keep(solve_forward(robot("rfrfr"), LAST), LAST)
+        kept.keep(solve_forward(robot("rfrfr"), LAST), LAST, measured)
         kept.close()
 
     def damage(self):
@@ -44,7 +48,7 @@ class Life:
         self.monkeypatch.setattr(whereabouts, "other_publishers", lambda *_: self.publishers)
         self.monkeypatch.setattr(whereabouts, "first_measured", self._first_measured)
         self.monkeypatch.setattr(whereabouts, "_MEASURED_WAIT", 0.0)
-        node = Mock()
+        node = self.node
         node.get_fully_qualified_name.return_value = "/n"
         node.context.get_domain_id.return_value = 7
         session = Bench().session
@@ -70,6 +74,19 @@ class Life:
 @pytest.fixture
 def life(tmp_path, monkeypatch):
     return Life(tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_that_nobody_measures_any_more_is_told(life, measured):
+    life.leave(measured)
+    where, session = life.start("auto")
+    where.begin()
+    where.look()
+    said = [call.args[0] for call in life.node.get_logger().warning.call_args_list]
+    told = "nothing publishes measured_joint_states now: it is taken to be where it was last"
+    assert any(told in line for line in said) is measured
+    np.testing.assert_array_equal(session.commands.newest, LAST)
+    where.close()
 
 
 def test_where_it_is_measured_is_remembered_before_the_first_tick(life):

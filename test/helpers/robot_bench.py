@@ -62,11 +62,11 @@ class RobotBench:
         """The file of the node, which nobody else may open meanwhile."""
         return KeptState(self.file, robot)
 
-    def keep(self, robot, found=None):
+    def keep(self, robot, found=None, measured=False):
         """Leave a last state, somewhere beside home if not said where."""
         kept = self.kept(robot)
         found = found or solve_forward(robot, [2.7, 0.4])
-        kept.keep(found, found.motors)
+        kept.keep(found, found.motors, measured)
         kept.close()
 
     def measure(self, motors, names=("motor1", "motor2")):

@@ -39,6 +39,17 @@ def test_a_file_in_which_another_robot_never_kept_anything_is_new(file, other):
     again.close()
 
 
+@pytest.mark.parametrize("measured", [True, False])
+def test_whether_the_motors_were_measured_is_kept(file, measured):
+    kept, found = KeptState(file, ROBOT), at(0.4)
+    kept.keep(found, found.motors, measured)
+    kept.close()
+    kept = KeptState(file, ROBOT)
+    assert kept.last().measured is measured
+    np.testing.assert_array_equal(kept.last().motors, found.motors)
+    kept.close()
+
+
 def test_what_was_kept_is_there_again_to_the_last_digit(file):
     wrench = ROBOT.default_loads.with_(wrench_world=[0, 0, 0, 0.3, -0.2, 0])
     for loads in (None, wrench):

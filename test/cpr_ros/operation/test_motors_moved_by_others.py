@@ -101,7 +101,7 @@ def halted(bench):
 def test_that_others_have_moved_the_motors_is_a_halt_until_they_are_measured_where_sent(moved):
     """Every setpoint was refused, and `action` was NONE."""
     session, home = moved.session, moved.session.solver.current.equilibrium
-    assert session.known_place == (home, None)  # a node of later has to measure them
+    assert session.known_place[:2] == (home, None)  # a node of later has to measure them
     for _ in range(3):
         moved.now += 100.0
         assert halted(moved)
@@ -154,14 +154,15 @@ def test_a_tracked_robot_is_remembered_where_it_is_measured_and_not_where_it_is_
     assert session.known_place is None
     session.tracking.take(home.motors + 0.05, bench.now)
     assert bench.tick().state == State.TRACKING
-    equilibrium, motors = session.known_place
+    equilibrium, motors, measured = session.known_place
+    assert measured
     assert equilibrium is session.solver.current.equilibrium
     np.testing.assert_array_equal(motors, home.motors + 0.05)
     for shift in np.linspace(0.0, 4.0, 200):
         session.tracking.take(home.motors + [shift, -shift], bench.now)
         state = bench.tick().state
     assert state == State.LOST
-    assert session.known_place == (session.solver.current.equilibrium, None)
+    assert session.known_place == (session.solver.current.equilibrium, None, True)
 
 
 def test_a_trajectory_that_waits_ends_where_others_move_the_motors(bench):
@@ -274,7 +275,7 @@ def test_a_robot_that_is_measured_in_two_places_is_halted_and_sent_nowhere(bench
     assert "measured in two places in turn" in outcome.verdict.text
     assert sent and len(bench.commands) == sent
     assert bench.session.follower.goal is None
-    _, motors = bench.session.known_place
+    motors = bench.session.known_place.motors
     assert motors is None
 
 

@@ -63,6 +63,18 @@ def test_after_an_end_in_motion_the_first_command_is_where_the_motors_are(bench)
         assert max(before, bench.longest_step()) <= 1.0 + 2e-5
 
 
+def test_who_measured_the_motors_before_is_waited_for(bench):
+    """A busy computer finds others late: the last command went out, though somebody measured."""
+    bench.keep(load_robot("rfrfr"), measured=True)
+    bench.start(until="")
+    bench.until_said("configured")
+    bench.spin(2.0)  # longer than nodes take to find each other at rest
+    bench.measure([2.75, 0.35])
+    bench.until_said("ready")
+    bench.client.spin_until(lambda: bench.commands)
+    assert all(np.array_equal(command, [2.75, 0.35]) for command in bench.commands)
+
+
 def test_where_it_was_measured_it_is_after_a_restart_without_any_motion(bench):
     """The last state was that of long ago, and commands sprang to it."""
     bench.keep(load_robot("rfrfr"))
