@@ -192,7 +192,7 @@ class Whereabouts:
             CprError: No equilibrium explains them.
         """
         session, at_home = self._session, self._session.unplaced and self._home_ahead
-        session.unplaced = False
+        session.unplaced, session.measured.heard = False, True
         if at_home:
             said = self._stop.wait_for(lambda: begin_on_way_home(session, motors, measured=True))
         else:

@@ -68,6 +68,7 @@ class Life:
         kept = KeptState(self.file, robot("rfrfr"))
         last = kept.last()
         kept.close()
+        self.measured_before = last.measured
         return last.motors
 
 
@@ -101,6 +102,7 @@ def test_where_it_is_measured_is_remembered_before_the_first_tick(life):
     assert life.agreeing == session.moved_by_others.tolerance > 0.0
     place.close()
     np.testing.assert_array_equal(life.kept(), MEASURED)
+    assert life.measured_before
 
 
 @pytest.mark.parametrize("start_from", ["auto", "measured"])

@@ -68,7 +68,7 @@ def test_who_measured_the_motors_before_is_waited_for(bench):
     bench.keep(load_robot("rfrfr"), measured=True)
     bench.start(until="")
     bench.until_said("configured")
-    bench.spin(2.0)  # longer than nodes take to find each other at rest
+    bench.spin(3.0)  # longer than nodes take to find each other at rest, and repeat a command
     bench.measure([2.75, 0.35])
     bench.until_said("ready")
     bench.client.spin_until(lambda: bench.commands)
