@@ -104,10 +104,8 @@ class LinearisedState(ModelState):
     @cached_property
     def linearisation(self) -> Linearisation:
         """Margin, smallest eigenvalues, and how platform and efforts answer to motors and wrench."""
-        size, known = (
-            len(self.robot.kernel_arrays.border_indices),
-            self.__dict__.get("condensed_margin"),
-        )
+        size = len(self.robot.kernel_arrays.border_indices)
+        known = self.__dict__.get("condensed_margin")
         matrix = np.empty((size, size))
         (margin, locked, free), answered = self._found(True, matrix)
         response = Response(matrix, self.robot.motor_count) if answered else None

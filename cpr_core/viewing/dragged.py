@@ -120,9 +120,8 @@ class ForceArrow:
         self, scene: viser.SceneApi, robot: Robot, dragged: Callable[[Floats | None], None]
     ) -> None:
         size = robot.mean_length
-        self._unit = (
-            robot.kernel_arrays.energy_unit / size / (_PER_FORCE * size)
-        )  # N a metre of arrow
+        force = robot.kernel_arrays.energy_unit / size
+        self._unit = force / (_PER_FORCE * size)  # N a metre of arrow
         self._anchor = _ANCHOR * size * (np.eye(3)[1] if robot.planar else np.eye(3)[2])
         self._origin = np.zeros(3)
         self._grip, self._dragged = Grip(), dragged

@@ -47,10 +47,9 @@ class Announcements:
         lost_before, self._lost = self._lost, outcome.state == State.LOST
         if verdict.action == Action.HALT or outcome.state in _HELD:
             snapped = outcome.refusal if isinstance(outcome.refusal, Snapped) else None
-            worse = self._lost and not lost_before
-            if snapped is not None and snapped is not self._snapped:
-                worse = True
-            if worse or not self._halted:
+            newly_lost = self._lost and not lost_before
+            newly_snapped = snapped is not None and snapped is not self._snapped
+            if newly_lost or newly_snapped or not self._halted:
                 warning = f"halt ({outcome.state.name}, {verdict.status.name}): {verdict.text}"
             self._halted, self._free_since, self._snapped = True, None, snapped
             information = ""

@@ -117,9 +117,11 @@ class KeptState:
         self._own = header == self._layout.header
         if is_header(header) and not self._own:
             before = StateLayout(header)
-            if self._never_kept(before):
-                return
-            self._read_commands(before)
+            whole = self._file.read(before.size)
+            slots = before.slots(whole) if len(whole) == before.size else []
+            if [turn for turn, _ in slots] == [0, 0]:
+                return  # made for it, and nothing was ever kept there
+            self._take_commands(before, slots)
             others = "another robot" if self.commands_before is None else "another description"
             self.problem = f"{self._path} is of {others}; it stays until a new state is kept"
         elif not self._own:
@@ -132,22 +134,14 @@ class KeptState:
             self._content[:] = content
             self._file.reserve(len(content))
 
-    def _never_kept(self, before: StateLayout) -> bool:
-        """Whether the file was made for another description, and nothing was ever kept there."""
-        content = self._file.read(before.size)
-        turns = [turn for turn, _ in before.slots(content)] if len(content) == before.size else []
-        return turns == [0, 0]
-
-    def _read_commands(self, before: StateLayout) -> None:
+    def _take_commands(self, before: StateLayout, slots: list[tuple[int, bytes]]) -> None:
         """Take the commands that the same motors had under another description."""
         count = self._robot.motor_count
         if before.motors != self._layout.motors or before.count < count:
             return
-        content = self._file.read(before.size)
-        if len(content) == before.size:
-            turn, numbers = max(before.slots(content), default=(0, b""))
-            if turn > 0:
-                self.commands_before = np.array(np.frombuffer(numbers)[-count:])
+        turn, numbers = max(slots, default=(0, b""))
+        if turn > 0:
+            self.commands_before = np.array(np.frombuffer(numbers)[-count:])
 
     def _spoil(self, reason: str) -> None:
         """Read nothing of the file."""
