@@ -101,7 +101,7 @@ def halted(bench):
 def test_that_others_have_moved_the_motors_is_a_halt_until_they_are_measured_where_sent(moved):
     """Every setpoint was refused, and `action` was NONE."""
     session, home = moved.session, moved.session.solver.current.equilibrium
-    assert session.known_place[:2] == (home, None)  # a node of later has to measure them
+    assert session.known_place == (home, None, False)  # a node of later has to measure them
     for _ in range(3):
         moved.now += 100.0
         assert halted(moved)
