@@ -116,9 +116,9 @@ def copy_configuration(source, target):
     for i in range(source.state.shape[0]):
         target.state[i] = source.state[i]
     for i in range(3):
-        target.position[i] = source.position[i]
+        target.platform_position[i] = source.platform_position[i]
         for j in range(3):
-            target.rotation[i, j] = source.rotation[i, j]
+            target.platform_rotation[i, j] = source.platform_rotation[i, j]
 
 
 @inlined
@@ -281,8 +281,9 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         copy_configuration(configuration, trial)
         if started:
             move(robot, problem, step, fraction, trial, work)
+        state, rotation, position = trial
         energy = evaluate_inlined(
-            robot, loads, trial.state, trial.rotation, trial.position, work.residual, work, True
+            robot, loads, state, rotation, position, work.residual, work, True
         )
         largest = scaled_residual(robot, work.residual, given_effort, equations, correction)
         accepted = math.isfinite(largest)
@@ -306,7 +307,7 @@ def newton(robot, loads, configuration, problem, given_effort, predicted, tolera
         condense(robot, work, work.factors)
         if largest < tolerances.residual:
             return CONVERGED, count, largest, energy
-        if not factor_border(robot, configuration.rotation, problem, work, work.factors):
+        if not factor_border(robot, configuration.platform_rotation, problem, work, work.factors):
             return SINGULAR, count, largest, energy
         if count == tolerances.iterations:
             return STALLED, count, largest, energy

@@ -30,11 +30,17 @@ CONTRACTION = 0.25
 
 
 class Configuration(NamedTuple):
-    """A configuration of a robot, in equilibrium or not."""
+    """Where a robot is, in equilibrium or not.
 
-    state: NDArray[np.float64]  # (N,); entries of the platform are not read
-    rotation: NDArray[np.float64]  # of the platform in the world, (3, 3)
-    position: NDArray[np.float64]  # (3,) [m]
+    Attributes:
+        state: State with the motors, (N,); entries of the platform are not read.
+        platform_rotation: R_p in the world, (3, 3).
+        platform_position: p_p in the world, (3,) [m].
+    """
+
+    state: NDArray[np.float64]
+    platform_rotation: NDArray[np.float64]
+    platform_position: NDArray[np.float64]
 
 
 class SquareProblem(NamedTuple):

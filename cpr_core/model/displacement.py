@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.square_problem import Configuration
 from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_exp
-from .model_state import Configuration
 from .platform_coordinates import six_components
 from .robot import Robot
 

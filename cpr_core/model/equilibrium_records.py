@@ -14,8 +14,7 @@ from ..kernels.kernel_arrays import Lanes, LoadArrays
 from ..kernels.prepared_robot import continue_prepared
 from ..kernels.problems import PROBLEMS
 from ..kernels.record_layout import EFFORT, ENERGY, POSITION, RESIDUAL, ROTATION, SIGNS
-from ..kernels.square_problem import Tolerances
-from .model_state import Configuration
+from ..kernels.square_problem import Configuration, Tolerances
 from .robot import Robot
 
 __all__ = ["AS_IT_IS", "corrected_record", "new_record", "record_of"]

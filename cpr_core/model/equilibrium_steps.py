@@ -15,10 +15,15 @@ from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.prepared_robot import continue_prepared
 from ..kernels.problems import PROBLEMS
 from ..kernels.record_layout import STEPS
-from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE, Tolerances
+from ..kernels.square_problem import (
+    CONTRACTION,
+    ITERATIONS,
+    RESIDUAL_TOLERANCE,
+    Configuration,
+    Tolerances,
+)
 from .equilibrium import Equilibrium
 from .equilibrium_records import AS_IT_IS, corrected_record, new_record, record_of
-from .model_state import Configuration
 from .robot import Robot
 
 __all__ = ["corrected", "equilibrium_at", "evaluated_again", "stepped", "stepped_twice"]

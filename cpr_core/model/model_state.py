@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,31 +14,13 @@ from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.prepared_robot import evaluate_prepared
 from ..kernels.record_layout import POSITION, ROTATION
+from ..kernels.square_problem import Configuration
 from ..validation import cached_property, read_only
 from .robot import Robot
 
-__all__ = ["Configuration", "ModelState", "ModelValue", "evaluate"]
+__all__ = ["ModelState", "ModelValue", "configuration_of", "evaluate"]
 
 Floats = NDArray[np.float64]
-
-
-class Configuration(NamedTuple):
-    """Where a robot is, in equilibrium or not.
-
-    Attributes:
-        state: State with the motors, (N,).
-        platform_rotation: R_p in the world, (3, 3).
-        platform_position: p_p in the world, (3,) [m].
-    """
-
-    state: Floats
-    platform_rotation: Floats
-    platform_position: Floats
-
-    @classmethod
-    def of(cls, found: ModelState) -> Self:
-        """That of a state of the model."""
-        return cls(found.state, found.platform_rotation, found.platform_position)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +78,12 @@ class ModelState:
     @property
     def tangent(self) -> Floats:
         """Tangent of the model, in the state order of the robot, (N, N)."""
-        return evaluate(self.robot, self.load_arrays, *Configuration.of(self)).tangent
+        return evaluate(self.robot, self.load_arrays, *configuration_of(self)).tangent
+
+
+def configuration_of(found: ModelState) -> Configuration:
+    """Where the robot is there, apart from the loads it bears."""
+    return Configuration(found.state, found.platform_rotation, found.platform_position)
 
 
 def evaluate(

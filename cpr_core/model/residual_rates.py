@@ -20,7 +20,7 @@ from ..kernels.record_layout import ENERGY, POSITION, ROTATION
 from .array_rates import ArrayRates, array_rates
 from .displacement import displaced
 from .equilibrium import Equilibrium
-from .model_state import Configuration
+from .model_state import configuration_of
 from .robot import Robot, kept_with_robot
 from .varied_numbers import VariedNumbers
 
@@ -163,7 +163,7 @@ def _bent(equilibrium: Equilibrium) -> Floats:
         way = abs(rod.length(record[:size]) / rod.element.ratio)
         most = _BENT * way / arrays.unit[motor]
         change[motor] = np.clip(change[motor], -most, most)
-    place = displaced(robot, *Configuration.of(equilibrium), arrays.unit * change)
+    place = displaced(robot, *configuration_of(equilibrium), arrays.unit * change)
     record[:size] = place.state
     record[size:][ROTATION : ROTATION + 9] = place.platform_rotation.ravel()
     record[size:][POSITION : POSITION + 3] = place.platform_position

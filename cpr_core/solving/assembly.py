@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from ..blas_threads import on_one_numpy_thread
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
+from ..kernels.square_problem import Configuration
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium
-from ..model.model_state import Configuration, ModelValue, evaluate
+from ..model.model_state import ModelValue, configuration_of, evaluate
 from ..model.robot import Robot
 from ..model.shape import tip_poses
 from .refining import refine
@@ -103,7 +104,7 @@ def settle(
         side = 0.3 if kick % 2 == 0 else -0.3
         whole, unit = found.spectrum_locked, robot.kernel_arrays.unit[moving]
         motion = softest_side(whole.eigenvalues, whole.motions[moving] / unit[:, None])
-        shape = moved_shape(robot, Configuration.of(found), moving, side * motion)
+        shape = moved_shape(robot, configuration_of(found), moving, side * motion)
         springs = _SPRINGS[3:]
     assert found is not None
     return found

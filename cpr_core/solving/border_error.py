@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..errors import InvalidRequest
+from ..kernels.square_problem import Configuration
 from ..model.equilibrium import Equilibrium, check_equilibrium
-from ..model.model_state import Configuration, evaluate
+from ..model.model_state import configuration_of, evaluate
 from ..validation import checked_vector
 from .assembly import moved_shape
 from .discretisation_error import embedded_richer, embedding_of
@@ -85,7 +86,7 @@ def border_error(
     matrix[size, :size], rest[size] = found.eigenvalue_by_state, -found.eigenvalue
     if loads is not None:
         by_load = [
-            _dimensionless(start, Configuration.of(start), acting)
+            _dimensionless(start, configuration_of(start), acting)
             for acting in (loads, Loads.none())
         ]
         residual, tangent = (loaded - unloaded for loaded, unloaded in zip(*by_load, strict=True))
@@ -121,11 +122,11 @@ def _softening(border: Equilibrium, start: Equilibrium) -> _Softening:
         start: The same, embedded.
     """
     _, lost = _eigenvectors(
-        border, _dimensionless(border, Configuration.of(border), border.loads)[1]
+        border, _dimensionless(border, configuration_of(border), border.loads)[1]
     )
     units = border.robot.kernel_arrays.unit, start.robot.kernel_arrays.unit
     lost = embedding_of(border.robot, start.robot) @ (lost[:, 0] * units[0]) / units[1]
-    place = Configuration.of(start)
+    place = configuration_of(start)
     residual, tangent = _dimensionless(start, place, start.loads)
     eigenvalues, motions = _eigenvectors(start, tangent)
     same = int(np.argmax(np.abs(lost @ motions)))

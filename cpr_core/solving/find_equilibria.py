@@ -19,12 +19,11 @@ from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
 from ..kernels.closing_kernel import close_joints
 from ..kernels.kernel_arrays import LoadArrays
-from ..kernels.square_problem import Tolerances
+from ..kernels.square_problem import Configuration, Tolerances
 from ..model.configurations import SAME_EQUILIBRIUM, leg_distance
 from ..model.equilibrium import Equilibrium
 from ..model.equilibrium_records import record_of
 from ..model.equilibrium_steps import corrected
-from ..model.model_state import Configuration
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector
 from .assembly import turned_over, with_best_multipliers

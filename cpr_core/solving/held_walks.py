@@ -19,7 +19,7 @@ from ..kernels.record_layout import INVERSE_SIGN, SIGNS
 from ..model.equilibrium import Equilibrium
 from ..model.equilibrium_steps import equilibrium_at
 from ..model.kinemato_statics import KinematoStatics
-from ..model.model_state import Configuration
+from ..model.model_state import configuration_of
 from ..model.robot import Robot
 from .continuation import Walk, follow
 from .deadline import Deadline
@@ -103,7 +103,7 @@ def _imposed_motors(directions: Floats) -> tuple[int, ...]:
 
 def _of(equilibrium: Equilibrium, robot: Robot) -> Equilibrium:
     """An equilibrium as one of a robot that holds some motors."""
-    place = Configuration.of(equilibrium)
+    place = configuration_of(equilibrium)
     return equilibrium_at(robot, equilibrium.loads, equilibrium.load_arrays, place)
 
 

@@ -15,10 +15,11 @@ from ..description.loads import Loads
 from ..description.robot_description import HomeGuess
 from ..errors import DescriptionError, DescriptionWarning
 from ..kernels.limit_kernel import ROUNDING
+from ..kernels.square_problem import Configuration
 from ..kernels.twist_layout import ANGULAR, LINEAR
 from ..lie import rotation_log
 from ..model.equilibrium import Equilibrium, spectrum
-from ..model.model_state import Configuration, evaluate
+from ..model.model_state import configuration_of, evaluate
 from ..model.platform_coordinates import six_components
 from ..model.robot import Robot, checked_robot, kept_with_robot
 from ..model.shape import tip_poses
@@ -214,7 +215,7 @@ def _assembled(robot: Robot, guess: HomeGuess) -> tuple[Equilibrium, str | None]
 
 def _what_keeps_it_open(held: Equilibrium) -> str:
     """Why a robot that only springs hold cannot be assembled, in words."""
-    size, text = _worst_gap(held.robot, Configuration.of(held))
+    size, text = _worst_gap(held.robot, configuration_of(held))
     return (size < _FITS and (_loose_motion(held) or _held_twice(held, _FITS))) or text
 
 
@@ -223,7 +224,7 @@ def _settled(robot: Robot, start: Equilibrium) -> Equilibrium | None:
     loads = robot.default_loads
     if not robot.has_potential(loads):
         return None
-    found = settle(robot, Configuration.of(start), loads)
+    found = settle(robot, configuration_of(start), loads)
     if not found.converged or found.index_locked > 0 or turned_over(found) is not None:
         return None
     try:

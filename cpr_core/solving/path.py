@@ -22,7 +22,7 @@ from ..kernels.continuation_kernel import FREELY, UNPREDICTED
 from ..kernels.square_problem import CONTRACTION, ITERATIONS, RESIDUAL_TOLERANCE
 from ..model.equilibrium import Equilibrium
 from ..model.equilibrium_steps import equilibrium_at, stepped
-from ..model.model_state import Configuration, evaluate
+from ..model.model_state import configuration_of, evaluate
 from ..model.stability import elastic_hessian
 from .deadline import Deadline
 from .hidden_changes import Watched
@@ -252,7 +252,7 @@ class Path:
         across = np.append(tangent.unknowns, tangent.fraction)
         moved = arc_length * across  # since the point
         fraction = point.fraction + moved[-1]
-        place = equations.moved(Configuration.of(point.equilibrium), moved[:-1])
+        place = equations.moved(configuration_of(point.equilibrium), moved[:-1])
         polished = False
         last = 2.0 * PREDICTION * abs(arc_length)
         for iteration in range(ITERATIONS):

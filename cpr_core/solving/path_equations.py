@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import PLATFORM_LOADS, LoadArrays, interpolated_loads
 from ..kernels.natural_units import EFFORT_UNIT
+from ..kernels.square_problem import Configuration
 from ..kernels.twist_layout import ANGULAR
 from ..lie import angle_motions, rotation_log
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium
-from ..model.model_state import Configuration, ModelValue, evaluate
+from ..model.model_state import ModelValue, configuration_of, evaluate
 from ..validation import cached_property
 from .targets import Imposed, Target
 
@@ -147,13 +148,13 @@ class PathEquations:
 
     def sign(self, equilibrium: Equilibrium) -> int:
         """Sign of the determinant of the problem at an equilibrium under any loads."""
-        place = Configuration.of(equilibrium)
+        place = configuration_of(equilibrium)
         value = evaluate(self._robot, equilibrium.load_arrays, *place)
         return int(np.linalg.slogdet(self.matrix(value, place.platform_rotation))[0])
 
     def linearised(self, equilibrium: Equilibrium, fraction: float) -> tuple[Floats, Floats]:
         """Derivatives of F by the unknowns and by the fraction at a solution, (M, M) and (M,)."""
-        place, _ = self.imposed(Configuration.of(equilibrium), fraction)
+        place, _ = self.imposed(configuration_of(equilibrium), fraction)
         value = evaluate(self._robot, equilibrium.load_arrays, *place)
         return self.matrix(value, place.platform_rotation), self.rate(value, place, fraction)
 

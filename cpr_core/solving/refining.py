@@ -10,13 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..description.loads import Loads
 from ..errors import InvalidRequest
-from ..kernels.square_problem import Tolerances
+from ..kernels.square_problem import Configuration, Tolerances
 from ..lie import ROTATION_TOLERANCE, nearest_rotation
 from ..model.configurations import leg_units
 from ..model.equilibrium import Equilibrium
 from ..model.equilibrium_records import record_of
 from ..model.equilibrium_steps import corrected
-from ..model.model_state import Configuration
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_vector
 from .requests import motor_vector

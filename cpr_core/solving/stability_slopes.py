@@ -16,7 +16,7 @@ from ..description.parameters import Parameter
 from ..model.displacement import displaced
 from ..model.equilibrium import Equilibrium
 from ..model.equilibrium_steps import equilibrium_at
-from ..model.model_state import Configuration
+from ..model.model_state import configuration_of
 from ..model.nearby_robots import FOURTH_ORDER, Nearby, nearby
 from ..model.residual_rates import parameter_scales
 from ..model.robot import Robot, kept_with_robot
@@ -122,5 +122,5 @@ def _moved(equilibrium: Equilibrium, near: Robot, change: Floats) -> Equilibrium
     """A changed state of another robot, as if it were an equilibrium."""
     robot = equilibrium.robot
     loads = inherited_loads(equilibrium.loads, robot.default_loads, near.default_loads)
-    place = displaced(robot, *Configuration.of(equilibrium), change)
+    place = displaced(robot, *configuration_of(equilibrium), change)
     return equilibrium_at(near, loads, near.load_arrays(loads), place)

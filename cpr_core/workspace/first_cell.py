@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from ..errors import distinct
 from ..kernels.natural_units import LONGEST_STEP
+from ..kernels.square_problem import Configuration
 from ..lie import roll_pitch_yaw
 from ..model.equilibrium import Equilibrium
+from ..model.model_state import configuration_of
 from ..model.robot import Robot
 from ..solving.path import Path
 from ..solving.targets import MotorTarget, PoseTarget, Target
@@ -157,9 +159,9 @@ def target_at(problem: CellProblem, values: Floats, start: Equilibrium) -> Targe
     """What the kernels' coordinates of a place impose, (C,), as the target of a walk."""
     if problem.given_motors:
         return MotorTarget(values)
-    rotation, position = start.platform_rotation.copy(), start.platform_position.copy()
-    impose(problem, values, values, 1.0, start.state.copy(), rotation, position)
-    return PoseTarget(rotation, position)
+    imposed = Configuration(*(part.copy() for part in configuration_of(start)))
+    impose(problem, values, values, 1.0, imposed)
+    return PoseTarget(imposed.platform_rotation, imposed.platform_position)
 
 
 def signs_at_equilibrium(problem: CellProblem, found: Equilibrium) -> Integers:

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from ..description.loads import Loads
 from ..kernels.kernel_arrays import LoadArrays
+from ..kernels.square_problem import Configuration
 from ..model.equilibrium import Equilibrium
 from ..model.equilibrium_steps import equilibrium_at
 from ..model.kinemato_statics import kinemato_statics
-from ..model.model_state import Configuration
 from ..model.robot import Robot
 from ..solving.objectives import Objective
 from ..solving.redundant_walk import walk_to

@@ -46,8 +46,9 @@ class Way(NamedTuple):
 
 
 @compiled
-def impose(problem, first, last, fraction, state, rotation, position):
+def impose(problem, first, last, fraction, configuration):
     """Write what holds at a fraction of the straight way between two cells."""
+    state, rotation, position = configuration
     if problem.given_motors:
         for i in range(first.shape[0]):
             value = (1.0 - fraction) * first[i] + fraction * last[i]
@@ -147,7 +148,7 @@ def advance(problem, way, configuration, signs, scratch, work):
         if ahead > 1.0 - 0.5 * smallest:
             ahead = 1.0
         _begin_trial(way.guess, guessed, configuration, trial)
-        impose(problem, way.start, way.end, ahead, trial.state, trial.rotation, trial.position)
+        impose(problem, way.start, way.end, ahead, trial)
         predicted = _distance(problem.robot.unit, state, trial.state) if guessed else 0.0
         status, _, _, energy = newton(
             problem.robot,
@@ -162,7 +163,7 @@ def advance(problem, way, configuration, signs, scratch, work):
         ok = status == CONVERGED and rods_exist(problem.robot, trial.state)
         flipped = False
         if ok:
-            _signs_at(problem, trial.rotation, scratch, work, found)
+            _signs_at(problem, trial.platform_rotation, scratch, work, found)
             flipped = found[BRANCH_SIGN] != signs[BRANCH_SIGN]
         if ok and not flipped:
             copy_configuration(trial, configuration)
@@ -204,6 +205,6 @@ def _begin_trial(guess, guessed, configuration, trial):
     for i in range(size):
         trial.state[i] = guess[i]
     for i in range(3):
-        trial.position[i] = guess[size + POSITION + i]
+        trial.platform_position[i] = guess[size + POSITION + i]
         for j in range(3):
-            trial.rotation[i, j] = guess[size + ROTATION + 3 * i + j]
+            trial.platform_rotation[i, j] = guess[size + ROTATION + 3 * i + j]

@@ -17,9 +17,9 @@ from ..description.loads import Loads
 from ..errors import InvalidRequest
 from ..kernels.limit_kernel import ROUNDING
 from ..kernels.record_layout import INDEX_FREE, INDEX_LOCKED
+from ..kernels.square_problem import Configuration
 from ..model.equilibrium import Equilibrium
 from ..model.equilibrium_steps import equilibrium_at
-from ..model.model_state import Configuration
 from ..model.robot import Robot
 from ..validation import cached_array, cached_property, checked_count, read_only
 from .borders import Border

@@ -11,10 +11,10 @@ from cpr_core.kernels.continuation_kernel import UNPREDICTED
 from cpr_core.kernels.kept_factors import kept_factors
 from cpr_core.kernels.prepared_robot import continue_prepared
 from cpr_core.kernels.problems import PROBLEMS
+from cpr_core.kernels.square_problem import Configuration
 from cpr_core.lie import rotation_log
 from cpr_core.model.equilibrium_records import new_record
 from cpr_core.model.equilibrium_steps import equilibrium_at
-from cpr_core.model.model_state import Configuration
 from cpr_core.solving.continued import continued
 from cpr_core.solving.held_problem import held
 

@@ -8,8 +8,9 @@ import pytest
 
 from cpr_core import load_robot, solve_home
 from cpr_core.kernels.closing_kernel import close_joints
+from cpr_core.kernels.square_problem import Configuration
 from cpr_core.lie import rotation_exp
-from cpr_core.model.model_state import Configuration, evaluate
+from cpr_core.model.model_state import evaluate
 from cpr_core.model.shape import tip_poses
 from cpr_core.solving.assembly import moved_shape
 
