@@ -237,10 +237,14 @@ def _placed_rod(element: ChainRod, motors: dict[str, float], before: Link | None
 
 
 def _rough_platform(description: RobotDescription, legs: tuple[PlacedLeg, ...]) -> Frame:
-    """Where the description says it is; else between the tips of the bowed legs, turned to them."""
+    """Where the description says it is; else between the tips of the bowed legs, turned to them.
+
+    One whose place alone is said is not turned.
+    """
     home = description.home
     if home.platform_position is not None:
-        return Frame(home.platform_rotation, home.platform_position)
+        rotation = np.eye(3) if home.platform_rotation is None else home.platform_rotation
+        return Frame(rotation, home.platform_position)
     tips = np.array([leg.bowed_tip(1.0) for leg in legs])
     joints = np.array([leg.tip.position for leg in legs])
     if description.point_platform:

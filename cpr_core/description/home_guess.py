@@ -55,7 +55,7 @@ def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> Ho
     platform, joints = part.part("platform"), rough_joints(part, legs)
     longest = max(leg.longest_rod for leg in legs)
     check_home_joints(part, (joint for leg in legs for joint in leg.joints), joints, longest)
-    rotation = _rotation(platform)
+    rotation = _rotation(platform) if "quaternion_wxyz" in platform else None
     return HomeGuess(
         motors=motors,
         platform_position=platform.vector("position") if "platform" in part else None,
@@ -93,7 +93,7 @@ def _moved(described: Sequence[DescribedMotor], legs: tuple[LegDescription, ...]
 
 def _rotation(part: Part) -> Floats:
     """Rotation of the platform, (3, 3)."""
-    quaternion = part.get("quaternion_wxyz", (1.0, 0.0, 0.0, 0.0))
+    quaternion = part.get("quaternion_wxyz")
     try:
         rotation = rotation_from_quaternion(quaternion)
     except CprError as error:

@@ -35,7 +35,7 @@ class HomeGuess:
     Attributes:
         motors: Motor positions, (n,); these are exact.
         platform_position: Roughly, (3,) [m]; None: not known.
-        platform_rotation: Roughly, (3, 3).
+        platform_rotation: Roughly, (3, 3); None: not known.
         strain: For every leg and every strain component Legendre coefficients of the curvature [1/m]
             without loads: close enough for Newton's method. None: not known.
         bow: For every leg the side to which its middle stands out, a vector in the world, (3,); None
@@ -45,7 +45,7 @@ class HomeGuess:
 
     motors: Floats
     platform_position: Floats | None
-    platform_rotation: Floats
+    platform_rotation: Floats | None
     strain: tuple[tuple[Floats, Floats, Floats], ...] | None
     bow: tuple[Floats | None, ...] = ()
     joints: Mapping[str, float] = field(default_factory=dict)

@@ -103,8 +103,9 @@ def settle(
         # A saddle: along its softest motion the energy falls, to the one side or the other.
         side = 0.3 if kick % 2 == 0 else -0.3
         whole, unit = found.spectrum_locked, robot.kernel_arrays.unit[moving]
-        motion = softest_side(whole.eigenvalues, whole.motions[moving] / unit[:, None])
-        shape = moved_shape(robot, configuration_of(found), moving, side * motion)
+        own = _own_axes(robot, moving)
+        motion = softest_side(whole.eigenvalues, own.T @ (whole.motions[moving] / unit[:, None]))
+        shape = moved_shape(robot, configuration_of(found), moving, own @ (side * motion))
         springs = _SPRINGS[3:]
     assert found is not None
     return found
@@ -168,8 +169,13 @@ def _descended(
     moving: NDArray[np.int64],
     flat: float,
 ) -> Configuration:
-    """Minimum of the energy of rods and springs, by Newton steps turned downhill along every axis."""
+    """Minimum of the energy of rods and springs, by Newton steps turned downhill along every axis.
+
+    Steps are rounded along axes of the robot's own: how it stands in the world does not tell where it
+    ends.
+    """
     arrays, held = robot.kernel_arrays, robot.multiplier_indices
+    own = _own_axes(robot, moving)
     unit, units = arrays.unit[moving], np.outer(arrays.unit, arrays.unit) / arrays.energy_unit
     within, across = np.ix_(moving, moving), np.ix_(held, moving)
     energy, value = _with_springs(robot, forces, shape, stiffness)
@@ -178,10 +184,10 @@ def _descended(
         tangent = value.tangent * units
         hessian, slopes = tangent[within], tangent[across]
         hessian = 0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes
-        step = _downhill(hessian, gradient, flat)
+        step = _downhill(own.T @ hessian @ own, own.T @ gradient, flat)
         if step is None:
             break
-        step = _coarse(step * min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(step))))
+        step = own @ _coarse(step * min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(step))))
         factor = 1.0
         while factor > 1e-6:
             trial = moved_shape(robot, shape, moving, factor * step)
@@ -194,6 +200,15 @@ def _descended(
             break
         shape, energy, value = trial, trial_energy, trial_value
     return shape
+
+
+def _own_axes(robot: Robot, moving: NDArray[np.int64]) -> Floats:
+    """Orthonormal axes, columns, (n, n): the platform's along the frame of the first leg's base."""
+    own, platform = np.eye(len(moving)), np.isin(moving, robot.platform_indices)
+    if platform.any():
+        turn = np.kron(np.eye(2), robot.description.legs[0].base_rotation)
+        own[np.ix_(platform, platform)] = turn[np.ix_(robot.platform_axes, robot.platform_axes)]
+    return own
 
 
 def _downhill(hessian: Floats, gradient: Floats, flat: float) -> Floats | None:

@@ -132,8 +132,7 @@ def _check_distance(guess: HomeGuess, home: Equilibrium) -> None:
 def _check_turn(guess: HomeGuess, home: Equilibrium) -> None:
     """Whether the rough orientation of the platform, if one was written, was a rough one."""
     description = home.robot.description
-    written = {} if description.written is None else description.written.content["home"]
-    if description.point_platform or "quaternion_wxyz" not in written.get("platform", ()):
+    if description.point_platform or guess.platform_rotation is None:
         return
     turn = float(np.linalg.norm(rotation_log(guess.platform_rotation.T @ home.platform_rotation)))
     if turn > _ROUGH_TURN:

@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 
 #: Turn of a bowed leg from base to tip before it is pulled into its joint [rad].
 _BOW = 1.5
+#: Steps after which a rotation is as points tell, and no part in a thousand of where it began.
+_TURNS = 8
 
 
 def rough_state(robot: Robot, guess: HomeGuess) -> Floats:
@@ -80,10 +82,7 @@ def _bowed(robot: Robot, guess: HomeGuess, straight: Floats) -> list[Floats]:
 
 
 def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> tuple[Pose, ...]:
-    """Where the platform may be, the likelier first: where it is said to be; else between the tips.
-
-    Then its rotation is not known: it is not turned, or turned to the tips, or as tips that are fixed to
-    it. Where joints are known, so are the tips, and they are asked first.
+    """Where the platform may be, the likelier first: where it is said to be, else between the tips.
 
     Args:
         robot: The robot.
@@ -91,16 +90,32 @@ def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> tuple[Pose
         state: State with the motors (N,); multipliers are not read.
     """
     poses = tip_poses(robot, state)
-    if (place := guess.platform_position) is not None:
-        rotations = [guess.platform_rotation, *_rotations_of_tips(robot, poses)]
+    tips = np.array([pose.position for pose in poses])
+    rotations, place = _rotations(robot, guess, poses, tips), guess.platform_position
+    if place is not None:
         return tuple(Pose(rotation, place) for rotation in rotations)
-    rotations, tips = [guess.platform_rotation], np.array([pose.position for pose in poses])
-    if not robot.description.point_platform:
-        rotations.append(_rotation_to_tips(robot, tips))
-    if guess.joints:
-        rotations.reverse()
-    rotations += _rotations_of_tips(robot, poses)
     return tuple(Pose(rotation, _between(robot, tips, rotation)) for rotation in rotations)
+
+
+def _rotations(robot: Robot, guess: HomeGuess, poses: Sequence[Pose], tips: Floats) -> list[Floats]:
+    """Rotations the platform may have, the likelier first.
+
+    One that is not said is that of its joints to the bases of their legs, or to the rod tips, or that of
+    tips which are fixed to it: how the robot stands in the world, and how the platform's frame lies in
+    it, makes no difference. Where joints are known, so are the tips, and with the shapes of the rods all
+    of their poses: they are asked first.
+    """
+    if robot.description.point_platform:
+        return [np.eye(3)]
+    fixed = _rotations_of_tips(robot, poses)
+    if guess.platform_rotation is not None:
+        return [guess.platform_rotation, *fixed]
+    bases = np.array([leg.base_position for leg in robot.description.legs])
+    to_bases, to_tips = _rotation_to(robot, bases), _rotation_to(robot, tips)
+    if guess.strain is not None:
+        return [*fixed, to_tips, to_bases]
+    first = [to_tips, to_bases] if guess.joints else [to_bases, to_tips]
+    return [*first, *fixed]
 
 
 def _rotations_of_tips(robot: Robot, tips: Sequence[Pose]) -> list[Floats]:
@@ -116,14 +131,17 @@ def _rotations_of_tips(robot: Robot, tips: Sequence[Pose]) -> list[Floats]:
     return [projected_rotation(np.mean(turned, axis=0))]
 
 
-def _rotation_to_tips(robot: Robot, tips: Floats) -> Floats:
-    """Rotation (3, 3) that brings the joints of the platform nearest to the rod tips (least squares)."""
+def _rotation_to(robot: Robot, points: Floats) -> Floats:
+    """Rotation (3, 3) that brings the joints of the platform nearest to a point of each leg, (n, 3)."""
     joints = np.array([leg.joint.position for leg in robot.description.legs])
-    tips, joints = tips - tips.mean(axis=0), joints - joints.mean(axis=0)
+    points, joints = points - points.mean(axis=0), joints - joints.mean(axis=0)
     # Where they say nothing it is not turned; in the plane it turns about z only.
     stays = np.diag([1e-3, 1e-3, 1e3 if robot.planar else 1e-3])
-    size = max(1e-12, float(np.linalg.norm(tips) * np.linalg.norm(joints)))
-    return projected_rotation(tips.T @ joints / size + stays)
+    size = max(1e-12, float(np.linalg.norm(points) * np.linalg.norm(joints)))
+    rotation = np.eye(3)
+    for _ in range(_TURNS):
+        rotation = projected_rotation(points.T @ joints / size + rotation @ stays)
+    return rotation
 
 
 def _between(robot: Robot, tips: Floats, rotation: Floats) -> Floats:

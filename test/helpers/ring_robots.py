@@ -178,3 +178,31 @@ def clamped_columns(section: dict) -> Robot:
             "home": {"motors": [0.0] * 3, "platform": {"position": [0, 0, 0.8]}},
         }
     )
+
+
+def hinged_tripod(tip: str) -> dict:
+    """Three rods that lean inwards, two with ball joints, one with another; without loads or pose."""
+    tips = [{"type": "spherical"}] * 2 + [{"type": tip, "axis_in_rod": [0, 1, 0]}]
+    legs = []
+    for (c, s), joint in zip(_ring(3), tips, strict=True):
+        hinge = {"axis": [-s, c, 0.0]} if "axis_in_rod" in joint else {}
+        legs.append(
+            {
+                "base": {
+                    "position": [0.2 * c, 0.2 * s, 0.0],
+                    "tangent": [-0.3 * c, -0.3 * s, 1.0],
+                    "normal": [-s, c, 0.0],
+                },
+                "motor": {"type": "revolute", "axis": [-s, c, 0.0]},
+                "tip": {**joint, **hinge, "position": [0.08 * c, 0.08 * s, 0.0]},
+            }
+        )
+    return {
+        "name": f"tripod with one {tip} tip",
+        "space": "spatial",
+        "legs": legs,
+        "rod": {"length": 0.4, "section": {"shape": "circular", "radius": 0.0015}, **_MATERIAL},
+        "strain": {"torsion": 3, "bending_2": 5, "bending_3": 5},
+        "controlled": ["x", "y", "z"],
+        "home": {"motors": [0, 0, 0], "bow": "outward"},
+    }
