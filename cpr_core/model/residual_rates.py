@@ -24,12 +24,18 @@ from .model_state import configuration_of
 from .robot import Robot, kept_with_robot
 from .varied_numbers import VariedNumbers
 
-__all__ = ["ResidualRates", "parameter_scales", "residual_rates"]
+__all__ = ["ResidualRates", "parameter_scales", "residual_rates", "small_change"]
 
 Floats = NDArray[np.float64]
 
-#: Step of central differences, in what changes the residual of a bent state by one natural unit.
-_STEP = 1e-5
+#: Step of central differences, in what changes the residual of a bent state by one natural unit, or in
+#: so many sizes of the number if that is less; but no less than a part of the former, for rounding.
+_STEP, _OWN, _LEAST = 1e-5, 1.0, 1e-3
+#: A number that is less than this part of what means a natural unit is next to zero.
+_NEXT_TO_ZERO = 1e-6
+#: How much a number is changed at first, in its sizes and in SI units, and the change of the residual by
+#: that which is rounding, in natural units.
+_FIRST, _FIRST_SI, _ROUNDING = 1e-2, 1e-5, 1e-11
 #: How far a state is bent where a parameter is tried, in natural units.
 _BENT = 0.3
 #: Second differences below this, over first ones, are rounding: the residual is linear.
@@ -92,6 +98,21 @@ def parameter_scales(equilibrium: Equilibrium, parameters: Sequence[Parameter]) 
     return _plan(equilibrium.robot, equilibrium, parameters).sizes
 
 
+def small_change(natural: Floats, size: Floats, own: float, least: float) -> Floats:
+    """What changes neither the robot by more than a natural unit, nor a number by much of itself.
+
+    How large a number is tells nothing where it is next to zero.
+
+    Args:
+        natural: Changes that mean as much as a natural unit, (P,).
+        size: Of the numbers, (P,).
+        own: How many of these are no more than a natural unit.
+        least: Part of a natural unit that is small, whatever the size.
+    """
+    small = np.minimum(natural, np.maximum(own * size, least * natural))
+    return np.where(size < _NEXT_TO_ZERO * natural, natural, small)
+
+
 def _vary(
     equilibrium: Equilibrium, record: Floats, variations: Variations, loads: bool, rates: Floats
 ) -> int:
@@ -132,17 +153,18 @@ def _plan(robot: Robot, equilibrium: Equilibrium, parameters: Sequence[Parameter
         result *= natural
         return variations
 
-    steps = np.array([_STEP * (parameter.size or 1.0) for parameter in parameters])
-    steps[[not len(own.places) for own in rates]] = 0.0
-    tried(steps, False, changes)
-    lost = (steps > 0.0) & ~changes.any(axis=1)  # in rounding, as that of a number next to zero
-    steps[lost] = _STEP
+    own = np.array([parameter.size for parameter in parameters])
+    steps = np.zeros(len(own))
+    for first in (np.full(len(own), _FIRST_SI), _FIRST * own):
+        tried(first, False, changes)
+        told = np.abs(changes).max(axis=1) * first > _ROUNDING
+        steps[told] = first[told]
     sizes = np.zeros(len(steps))
-    for _ in range(2):  # the first guess may be far off where the parameter is next to zero
+    for _ in range(2):  # the first guess may be far off
         tried(steps, False, changes)
         response = np.abs(changes).max(axis=1)
         sizes = np.divide(1.0, response, out=np.zeros(len(steps)), where=response > 0.0)
-        steps = _STEP * sizes
+        steps = _STEP * small_change(sizes, own, _OWN, _LEAST)
     tried(sizes, True, changes)
     tried(-sizes, True, other)
     second = sizes * np.abs(changes - other).max(axis=1)

@@ -18,7 +18,7 @@ from ..model.equilibrium import Equilibrium
 from ..model.equilibrium_steps import equilibrium_at
 from ..model.model_state import configuration_of
 from ..model.nearby_robots import FOURTH_ORDER, Nearby, nearby
-from ..model.residual_rates import parameter_scales
+from ..model.residual_rates import parameter_scales, small_change
 from ..model.robot import Robot, kept_with_robot
 from ..model.softest_motion import SizeOfMotion, SoftestMotion, softest_motion
 
@@ -27,11 +27,9 @@ __all__ = ["stability_slopes"]
 Floats = NDArray[np.float64]
 
 _SIZES: dict[str, SizeOfMotion] = {"margin": "elastic", "smallest_eigenvalue": "unit"}
-#: Step in natural units of the parameter and of the state: whichever is smaller.
-_STEP = 2e-3
-#: Largest change that counts as a natural unit, in sizes of the parameter: what does next to nothing is
-#: not taken where descriptions end, as a direction across another that is only stretched.
-_FARTHEST = 50.0
+#: Step in natural units of the parameter and of the state, or as many sizes of the parameter: whichever
+#: is smaller; but no less than a part of the former, for rounding.
+_STEP, _OWN, _LEAST = 2e-3, 5.0, 1e-4
 #: Slopes of the motions of one eigenvalue nearer to each other than this part of them are the same, or
 #: nearer than this part of the eigenvalue by a natural unit of the parameter.
 _SAME, _ROUNDING = 1e-5, 1e-8
@@ -69,14 +67,17 @@ def stability_slopes(
                 motions[name] = motion
     if not motions:
         return found
-    scales = parameter_scales(equilibrium, parameters).tolist()
-    for column, (parameter, natural) in enumerate(zip(parameters, scales, strict=True)):
+    scales = parameter_scales(equilibrium, parameters)
+    sizes = np.array([parameter.size for parameter in parameters])
+    small = small_change(scales, sizes, _OWN, _LEAST)
+    for column, (parameter, natural, change) in enumerate(
+        zip(parameters, scales.tolist(), small.tolist(), strict=True)
+    ):
         rate = states[:, column]
         if natural == 0.0:
             continue
         response = float(np.abs(rate / equilibrium.robot.kernel_arrays.unit).max())
-        farthest = _FARTHEST * parameter.size or math.inf
-        step = _STEP * min(natural, farthest, 1.0 / max(response, 1e-300))
+        step = _STEP * min(change, 1.0 / max(response, 1e-300))
         near = _near(equilibrium.robot, parameter, 2.0 ** math.floor(math.log2(step)))
         beside = [
             _moved(equilibrium, robot, change * rate)

@@ -115,7 +115,9 @@ def turned_description(description, turn, shift):
             platform_position=None
             if home.platform_position is None
             else turn @ home.platform_position + shift,
-            platform_rotation=turn @ home.platform_rotation,
+            platform_rotation=None
+            if home.platform_rotation is None
+            else turn @ home.platform_rotation,
             strain=home.strain,
             bow=tuple(None if side is None else turn @ side for side in home.bow),
         ),

@@ -28,6 +28,8 @@ from cpr_core.description.changed_description import named_parameters
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.model.residual_rates import parameter_scales
 
+OUTPUTS, STABILITY = ("pose", "motors", "efforts"), ("margin", "smallest_eigenvalue")
+
 
 def test_what_is_asked_for_is_there_and_nothing_else():
     equilibrium = equilibrium_of("rfrfr")
@@ -72,7 +74,10 @@ def test_a_number_next_to_zero_is_varied_as_zero_is(tiny):
     path, answers = "legs[3].motor.offset", []
     for value in (0.0, tiny):
         robot = load_robot("six_rfs").with_parameters({path: value})
-        answers.append(derivatives(solve_home(robot), path))
+        answers.append(derivatives(solve_home(robot), path, of=(*OUTPUTS, *STABILITY)))
+    for name in STABILITY:
+        both = [getattr(found, name)[0] for found in answers]
+        assert both[1] == pytest.approx(both[0], rel=1e-6)
     for name in STATE:
         both = [getattr(found, name) for found in answers]
         assert_allclose(*both, rtol=0.0, atol=1e-6 * max(1.0, np.abs(both[0]).max()))

@@ -50,6 +50,65 @@ def test_what_only_stretches_a_direction_does_nothing_to_stability():
         assert_allclose(slopes[:, :2], 0.0, rtol=0.0, atol=1e-6 * size)
 
 
+FINGERS = """
+name: fingers
+space: planar
+rod:
+  {length: 0.2, section: {shape: rectangular, width: 1e-3, height: 0.01}, young_modulus: 2e11,
+    shear_modulus: 8e10}
+gravity: [0, -1, 0]
+platform: {shape: body, mass: 0.05}
+legs:
+- base: {position: [-0.06, 0.25, 0], tangent: [-0.3, -1, 0]}
+  motor: {type: revolute, axis: [0, 0, 1]}
+  tip: {type: fixed, position: [-0.03, 0, 0], tangent: [0.6, -1, 0]}
+- base: {position: [0.06, 0.25, 0], tangent: [0.3, -1, 0]}
+  motor: {type: revolute, axis: [0, 0, -1]}
+  tip: {type: fixed, position: [0.03, 0, 0], tangent: [-0.6, -1, 0]}
+controlled: [x, y]
+home: {motors: [0, 0], bow: outward}
+"""
+
+
+def hardly_loaded():
+    """The robot of the paper, with next to no weight and small forces on its rods."""
+    content = shipped_content("rfrfr")
+    content["gravity"] = [0.0, -0.1, 0.0]
+    force = [[0, 0, 0], [0, -2e-3, 0], [1e-3, 0, 0]]
+    content["loads"] = {
+        "points": [{"leg": "leg1", "at": 0.5, "force": force[1]}],
+        "distributed": [{"leg": "leg2", "at": [0.0, 0.3, 1.0], "force": force}],
+    }
+    return content
+
+
+@pytest.mark.parametrize(
+    ("content", "path", "part"),
+    [
+        (FINGERS, "rod.young_modulus", 2e-3),
+        (FINGERS, "rod.section.width", 2e-3),
+        (hardly_loaded(), "loads.points[0].at", 2e-4),
+        (hardly_loaded(), "loads.distributed[0].at[1]", 2e-4),
+    ],
+)
+def test_what_hardly_does_anything_is_not_changed_by_much_of_itself(content, path, part):
+    """Steps were parts of what moves the robot by a natural unit, and slopes wrong by all they are."""
+    robot = load_robot(content)
+    start = solve_forward(robot, solve_home(robot).motors + [0.03, -0.02])
+    found = derivatives(start, path, of=("pose", "margin", "smallest_eigenvalue"))
+    value = float(robot.parameter_values(path)[0])
+    steps = part * value * np.array([-2.0, -1.0, 1.0, 2.0])
+    near = [continued(start, robot.with_parameters({path: value + step})) for step in steps]
+    weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * part * value)
+    for slopes, values in (
+        (found.position[:2, 0], [each.platform_position[:2] for each in near]),
+        (found.margin, [[each.margin] for each in near]),
+        (found.smallest_eigenvalue, [[each.spectrum_locked.smallest] for each in near]),
+    ):
+        expected = weights @ np.array(values)
+        assert_allclose(slopes, expected, rtol=0.0, atol=1e-5 * np.abs(expected).max())
+
+
 def test_slopes_of_stability_where_descriptions_end_are_those_of_the_robot_without_limits():
     """A rod that is next to nothing at the limit of its motor has none with a smaller offset."""
     content, equilibria = shipped_content("gough_stewart"), []
