@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.errors import distinct
 
+from .approach import Approach
 from .measured_motors import SeenMotors
 from .motor_ways import largest_way
 
@@ -49,7 +50,7 @@ class MotorArrival:
         """Have seen nothing yet."""
         self._robot, self._units = robot, robot.motor_units.tolist()
         self._sent: Floats | None = None
-        self._since = math.inf
+        self._approach = Approach()
         self.last = Elsewhere()
 
     def look(
@@ -78,13 +79,19 @@ class MotorArrival:
         if commands is not None and (
             sent is None or largest_way(sent, commands, self._units) > tolerance
         ):
-            self._sent, self._since = commands, math.inf
-        self._since = min(self._since, now) if self.last.why else math.inf
+            self._sent = commands
+            self._approach.begin(math.inf)
+        if not self.last.why:
+            self._approach.begin(math.inf)
+            return self.last
+        if self._approach.since == math.inf:
+            self._approach.begin(now)
+        self._approach.take(self.last.way, now)
         return self.last
 
     def waited(self, now: float) -> float:
-        """How long they have been elsewhere though the commands rest [s]."""
-        return max(0.0, now - self._since)
+        """How long they have been elsewhere, and come no nearer, though the commands rest [s]."""
+        return max(0.0, now - self._approach.since)
 
     def _compared(self, commands: Floats, measured: Floats, tolerance: float) -> Elsewhere:
         way = largest_way(commands, measured, self._units)

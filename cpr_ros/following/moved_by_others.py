@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from cpr_core import Robot
 from cpr_core.errors import distinct
 
+from .approach import Approach
 from .constant_offset import ConstantOffset
 from .motor_ways import largest_way, motor_steps
 from .standstill import RESTING, Standstill
@@ -62,7 +63,7 @@ class MovedByOthers:
         self._tolerance, self._way, self.away, self.doubt = tolerance, 0.0, "", ""
         self._robot, self._units = robot, robot.motor_units.tolist()
         self._max_speed, self._patience = math.inf, SETTLING
-        self._commanded = -math.inf
+        self._commanded, self._approach = -math.inf, Approach()
         self._in_motion = self._waited_for = False  # when the way was measured
         self._places, self._apart = TwoPlaces(robot), 0.0
         self._trial, self._tried_since = "", -math.inf
@@ -108,6 +109,7 @@ class MovedByOthers:
     def _trust(self, now: float) -> None:
         """The motors are taken to be where the node has them."""
         self._commanded, self.away, self.doubt, self._apart = now, "", "", 0.0
+        self._approach.begin(now)
 
     def begin(self, place: Floats | None = None) -> None:
         """The motors are known to be where the node has them, whatever was measured before.
@@ -182,11 +184,12 @@ class MovedByOthers:
         self._standstill.measured(measured, commands, now)
         self._limit_speed(max_speed)
         self._waited_for = waited_for
-        self._in_motion = waited_for or now - self._commanded < SETTLING
         if commands is not None:
             self._standstill.commanded(commands, now, self._is_late(commands))
         stuck = self._standstill.lasted(now) >= self._patience
         self._way = 0.0 if commands is None else largest_way(commands, measured, self._units)
+        self._approach.take(self._way, now)
+        self._in_motion = waited_for or now - self._commanded < SETTLING or self._comes_nearer(now)
         self._mirrored = commands is not None and self._is_mirrored(measured, commands)
         self._off_again = self._said_of_offset(measured, commands, now)
         far = self._words()
@@ -212,6 +215,11 @@ class MovedByOthers:
         if begin and commands is not None:
             self._offset.begun_with(measured - commands)
         return begin
+
+    def _comes_nearer(self, now: float) -> bool:
+        """Whether the motors are still on their way to the last command, however slowly they follow."""
+        sent = self._commanded > -math.inf and not self._approach.leaving
+        return sent and now - self._approach.since < self._patience
 
     def _said_of_offset(self, measured: Floats, commands: Floats | None, now: float) -> str:
         """That a motor is off its command as before it was begun with; until they agree, once said."""

@@ -78,3 +78,14 @@ def test_it_counts_how_long_they_are_elsewhere_since_commands_rest(arrival):
     assert arrival.waited(4.0) == 0.0
     looked(arrival, still, 4.5)
     assert arrival.waited(4.7) == pytest.approx(0.2)
+
+
+def test_motors_that_come_nearer_are_waited_for_however_slow(arrival):
+    """A slow drive was given up on its way, as commands had rested for long enough."""
+    for number in range(100):
+        looked(arrival, SENT - 0.3 + 0.003 * number, 0.1 * number)
+        assert arrival.waited(0.1 * number) < 0.5
+    jammed = SENT - 0.1
+    looked(arrival, jammed, 20.0, commands=SENT + 0.05)
+    looked(arrival, jammed, 21.0, commands=SENT + 0.05)
+    assert arrival.waited(21.0) == pytest.approx(1.0)

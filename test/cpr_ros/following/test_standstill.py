@@ -28,6 +28,7 @@ class Motors:
         rate: Of measurements [1/s].
         noise: Of these, largest [rad].
         offset: What a load holds them off their command by [rad].
+        fastest: Speed they do not exceed [rad/s].
         sticks: Times at which they stop, and for how long [s].
     """
 
@@ -36,6 +37,7 @@ class Motors:
     rate: float = 100.0
     noise: float = 0.0
     offset: float = 0.0
+    fastest: float = np.inf
     sticks: tuple[tuple[float, float], ...] = ()
 
 
@@ -82,7 +84,8 @@ class Watched:
         if not any(begin <= now < begin + length for begin, length in self.motors.sticks):
             wanted = self.sent[max(0, self.tick + 1 - round(self.motors.late / PERIOD))]
             part = min(1.0, PERIOD / self.motors.lag) if self.motors.lag else 1.0
-            self.at = self.at + part * (wanted - self.at)
+            most = self.motors.fastest * PERIOD
+            self.at = self.at + np.clip(part * (wanted - self.at), -most, most)
         if now >= self.next_measured:
             self.next_measured += 1.0 / self.rate
             self.measure(now, waits)
@@ -131,6 +134,19 @@ def test_ways_out_that_motors_hardly_follow_do_not_add_up():
         assert not watched.rest(0.22)
     assert np.abs(watched.at - HOME).max() < RESTING
     assert not watched.go(HOME + [0.6, 0.0], 1.0)
+
+
+@pytest.mark.parametrize("max_speed", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("part", [0.05, 0.1, 0.15, 0.2, 0.5])
+def test_slow_drives_are_not_moved_by_others_while_they_come_nearer(part, max_speed):
+    """Commands rest as far ahead as max_lead allows; somebody was said to have moved the motors."""
+    watched = Watched(Motors(fastest=part * max_speed), 0.1, max_speed, 0.2)
+    target = HOME + [0.3, -0.3]
+    assert not watched.go(target, max_speed)
+    assert not watched.rest(0.5 / watched.motors.fastest)
+    np.testing.assert_allclose(watched.measured, target, atol=1e-9)
+    watched.at = target + [0.2, 0.0]
+    assert watched.rest(0.6) and "somebody else has moved the motors" in watched.others.away
 
 
 @pytest.mark.parametrize("times", [0.05, 0.2, 0.4])
