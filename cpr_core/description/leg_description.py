@@ -174,13 +174,12 @@ class LegDescription:
         """Length of the longest of them, as described [m]; of a leg without any, what it would have."""
         return max((element.rod.length for element in self.rods), default=self.rod.length)
 
-    @property
-    def rod_rigidity(self) -> float:
-        """E J of one uniform rod as long as its rods and as soft, of the largest of each [N m^2]."""
+    def rod_rigidity(self, planar: bool) -> float:
+        """E J of one uniform rod as long as its rods and as soft [N m^2], see ``Rod.mean_rigidity``."""
         first, *others = (element.rod for element in self.rods)
         if not others:
-            return first.mean_rigidity
-        softness = sum(rod.length / rod.mean_rigidity for rod in (first, *others))
+            return first.mean_rigidity(planar)
+        softness = sum(rod.length / rod.mean_rigidity(planar) for rod in (first, *others))
         return self.rod_length / float(softness)
 
     @property

@@ -133,8 +133,11 @@ class RobotDescription:
 
     @property
     def mean_rigidity(self) -> float:
-        """Mean E J of a leg, of several rods that of one as soft as they are together [N m^2]."""
-        return float(np.mean([leg.rod_rigidity for leg in self.legs if leg.rods]))
+        """Mean E J of a leg, of several rods that of one as soft as they are together [N m^2].
+
+        Of a strip it is that of the way in which it bends far, in the plane that about d3.
+        """
+        return float(np.mean([leg.rod_rigidity(self.planar) for leg in self.legs if leg.rods]))
 
     @property
     def gravity(self) -> Floats:

@@ -187,14 +187,25 @@ class Rod:
         """H_a = diag(G J1, E J2, E J3) of Eq. (6) where the profile is one, (3,) [N m^2]."""
         return np.array(self.section.rigidities(self.young_modulus, self.shear_modulus))
 
+    def mean_rigidity(self, planar: bool) -> float:
+        """E J of the uniform rod that is as soft: l over the integral of ds / E J [N m^2].
+
+        In the plane E J3, in space the smaller one: the way in which the rod is bent far.
+        """
+        mean_2, mean_3 = self._mean_rigidities
+        return mean_3 if planar else min(mean_2, mean_3)
+
     @cached_property
-    def mean_rigidity(self) -> float:
-        """Largest E J of the uniform rod that is as soft: l over the integral of ds / E J [N m^2]."""
-        stiffest = float(self.rigidities.max())
+    def _mean_rigidities(self) -> tuple[float, float]:
+        """That of bending about d2, and about d3."""
+        _, bending_2, bending_3 = self.rigidities.tolist()
         if np.all(self.profile.stiffness == 1.0) and not self.section.tapered:
-            return stiffest
+            return bending_2, bending_3
         panels = rod_grid(_POINTS_OF_MEAN, tuple(self.profile.at[1:-1].tolist()))
-        return float(1.0 / (panels.weights @ (1.0 / self.rigidities_at(panels.nodes).max(axis=1))))
+        _, mean_2, mean_3 = (
+            1.0 / (panels.weights @ (1.0 / self.rigidities_at(panels.nodes)))
+        ).tolist()
+        return mean_2, mean_3
 
     @cached_property
     def uniform(self) -> bool:

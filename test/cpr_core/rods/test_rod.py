@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from cpr_core import kinemato_statics, load_robot, solve_home
+from cpr_core import estimate_wrench, kinemato_statics, load_robot, solve_home
 from cpr_core.rods.quadrature import rod_grid
 from cpr_core.rods.rod import Rod
 from cpr_core.rods.sections import CircularSection
@@ -78,11 +78,39 @@ def test_neither_does_whether_modulus_or_profile_says_how_stiff_it_is():
         assert_allclose(found, expected, rtol=1e-9)
 
 
+def given(torsion, bending_2, bending_3):
+    """A section with these stiffnesses."""
+    stiffness = {"torsion": torsion, "bending_2": bending_2, "bending_3": bending_3}
+    return {"length": LENGTH, "section": {"shape": "given", "mass": 0.02} | stiffness}
+
+
+@pytest.mark.parametrize(("torsion", "bending_2"), [(0.16, 1.6), (16.0, 0.16), (1e4, 1e5)])
+def test_what_the_plane_does_not_feel_decides_nothing_there(torsion, bending_2):
+    """Singular values of a leaf spring were as small as it is thin, and all of a wrench was felt."""
+    leaf, even = two_legs(given(torsion, bending_2, 0.16)), two_legs(given(0.16, 0.16, 0.16))
+    for found, expected in zip(units(leaf), units(even), strict=True):
+        assert_allclose(found, expected, rtol=1e-12)
+    felt = [
+        estimate_wrench(robot, home.motors, efforts=home.efforts, effort_deviation=0.1, start=home)
+        for robot, home in ((robot, solve_home(robot)) for robot in (leaf, even))
+    ]
+    assert felt[0].words == felt[1].words
+    assert_allclose(felt[0].covariance, felt[1].covariance, rtol=1e-6, atol=1e-9)
+
+
+def test_in_space_a_strip_counts_by_the_way_it_bends():
+    rod = two_legs(given(1.0, 5.0, 0.16)).description.legs[0].rods[0].rod
+    assert rod.mean_rigidity(planar=False) == pytest.approx(0.16)
+    turned = two_legs(given(1.0, 0.16, 5.0)).description.legs[0].rods[0].rod
+    assert turned.mean_rigidity(planar=False) == pytest.approx(0.16)
+    assert turned.mean_rigidity(planar=True) == pytest.approx(5.0)
+
+
 @pytest.mark.parametrize("tip", [0.9, 0.3, 0.01])
 def test_the_mean_rigidity_of_a_cone_is_that_of_its_integral(tip):
     rod = two_legs(*cone(1, base=0.001, tip=0.001 * tip)).description.legs[0].rods[0].rod
     softness = (tip**-3 - 1.0) / (3.0 * (1.0 - tip))
-    assert rod.mean_rigidity == pytest.approx(rod.rigidities.max() / softness, rel=1e-10)
+    assert rod.mean_rigidity(planar=True) == pytest.approx(rod.rigidities[2] / softness, rel=1e-10)
 
 
 def test_that_of_a_profile_lies_between_its_ends_and_nearer_to_the_softer_one():
@@ -90,7 +118,8 @@ def test_that_of_a_profile_lies_between_its_ends_and_nearer_to_the_softer_one():
     plain = {"length": LENGTH, "section": circular(0.001), "profile": profile}
     rod = two_legs(plain).description.legs[0].rods[0].rod
     # On every stretch the factor is linear: int ds / f = length ln(f1 / f0) / (f1 - f0).
-    assert rod.mean_rigidity == pytest.approx(rod.rigidities.max() * 2.0 / np.log(3.0), rel=1e-12)
+    expected = rod.rigidities[2] * 2.0 / np.log(3.0)
+    assert rod.mean_rigidity(planar=True) == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_cone_weighs_and_is_strained_as_thick_as_it_is():
