@@ -272,6 +272,10 @@ def kinemato_statics_as_text(model: KinematoStatics, characteristic_length: floa
         lines.append(
             f"  {problem:<18} smallest singular value {found['smallest_singular_value']:.4g}, "
             f"inverse condition number {found['inverse_condition_number']:.4g}, "
-            f"sign {found['sign']:+d}"
+            + (
+                f"sign {found['sign']:+d}"
+                if found["sign"]
+                else "no sign: more unknowns than equations"
+            )
         )
     return "\n".join(lines)

@@ -128,6 +128,8 @@ def test_kinemato_is_that_of_the_library(capsys, name):
     assert status == 0
     for motor in robot.motor_names:
         assert motor in text
+    assert text.count("no sign: more unknowns than equations") == (name == "four_rfr")
+    assert "+0" not in text
 
 
 @pytest.mark.parametrize(
