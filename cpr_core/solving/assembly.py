@@ -103,9 +103,12 @@ def settle(
         # A saddle: along its softest motion the energy falls, to the one side or the other.
         side = 0.3 if kick % 2 == 0 else -0.3
         whole, unit = found.spectrum_locked, robot.kernel_arrays.unit[moving]
-        own = _own_axes(robot, moving)
-        motion = softest_side(whole.eigenvalues, own.T @ (whole.motions[moving] / unit[:, None]))
-        shape = moved_shape(robot, configuration_of(found), moving, own @ (side * motion))
+        platform, axes = _own_axes(robot, moving)
+        motions = whole.motions[moving] / unit[:, None]
+        motions[platform] = axes.T @ motions[platform]
+        kick_off = side * softest_side(whole.eigenvalues, motions)
+        kick_off[platform] = axes @ kick_off[platform]
+        shape = moved_shape(robot, configuration_of(found), moving, kick_off)
         springs = _SPRINGS[3:]
     assert found is not None
     return found
@@ -175,7 +178,7 @@ def _descended(
     ends.
     """
     arrays, held = robot.kernel_arrays, robot.multiplier_indices
-    own = _own_axes(robot, moving)
+    platform, axes = _own_axes(robot, moving)
     unit, units = arrays.unit[moving], np.outer(arrays.unit, arrays.unit) / arrays.energy_unit
     within, across = np.ix_(moving, moving), np.ix_(held, moving)
     energy, value = _with_springs(robot, forces, shape, stiffness)
@@ -184,16 +187,20 @@ def _descended(
         tangent = value.tangent * units
         hessian, slopes = tangent[within], tangent[across]
         hessian = 0.5 * (hessian + hessian.T) + stiffness * slopes.T @ slopes
-        step = _downhill(own.T @ hessian @ own, own.T @ gradient, flat)
-        if step is None:
+        hessian[platform] = axes.T @ hessian[platform]
+        hessian[:, platform] = hessian[:, platform] @ axes
+        gradient[platform] = axes.T @ gradient[platform]
+        downhill = _downhill(hessian, gradient, flat)
+        if downhill is None:
             break
-        step = own @ _coarse(step * min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(step))))
+        step = _coarse(downhill * min(1.0, _LONGEST_DESCENT / float(np.linalg.norm(downhill))))
+        expected = 1e-4 * float(gradient @ step)
+        step[platform] = axes @ step[platform]
         factor = 1.0
         while factor > 1e-6:
             trial = moved_shape(robot, shape, moving, factor * step)
             trial_energy, trial_value = _with_springs(robot, forces, trial, stiffness)
-            expected = 1e-4 * factor * float(gradient @ step)
-            if trial_energy < energy + expected + _ENERGY_ROUNDING * (1.0 + abs(energy)):
+            if trial_energy < energy + factor * expected + _ENERGY_ROUNDING * (1.0 + abs(energy)):
                 break
             factor *= 0.25
         else:
@@ -202,13 +209,12 @@ def _descended(
     return shape
 
 
-def _own_axes(robot: Robot, moving: NDArray[np.int64]) -> Floats:
-    """Orthonormal axes, columns, (n, n): the platform's along the frame of the first leg's base."""
-    own, platform = np.eye(len(moving)), np.isin(moving, robot.platform_indices)
-    if platform.any():
-        turn = np.kron(np.eye(2), robot.description.legs[0].base_rotation)
-        own[np.ix_(platform, platform)] = turn[np.ix_(robot.platform_axes, robot.platform_axes)]
-    return own
+def _own_axes(robot: Robot, moving: NDArray[np.int64]) -> tuple[slice, Floats]:
+    """Where the platform is among coordinates, and its axes: those of the first leg's base, columns."""
+    count = len(moving) - len(robot.elastic_indices)
+    turn = np.asarray(np.kron(np.eye(2), robot.description.legs[0].base_rotation), np.float64)
+    axes = turn[np.ix_(robot.platform_axes, robot.platform_axes)][:count, :count]
+    return slice(len(moving) - count, None), axes
 
 
 def _downhill(hessian: Floats, gradient: Floats, flat: float) -> Floats | None:

@@ -12,6 +12,7 @@ from helpers.random_chains import random_chain_robot, rough_joints, rough_pose, 
 from helpers.yaml_content import shipped_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from cpr_core import DescriptionError, NoForwardSolution, load_robot, solve_home
 from cpr_core.description.joints import Fixed, Joint, RevoluteJoint, Universal
@@ -283,7 +284,7 @@ def test_angles_between_tips_and_their_joints(angle):
     assert cross.misalignment(platform, turn) == pytest.approx(expected)
 
 
-def test_a_platform_without_known_rotation_is_tried_as_the_world_and_turned_to_the_tips():
+def test_a_platform_without_known_rotation_is_tried_turned_to_the_tips_and_to_the_bases():
     made = random_chain_robot(3, False, platform_turn=2.0)
     exact = deepcopy(made.content)
     exact["home"]["joints"] = made.joints
@@ -291,7 +292,15 @@ def test_a_platform_without_known_rotation_is_tried_as_the_world_and_turned_to_t
     guess = robot.description.home
     first, second = rough_platforms(robot, guess, rough_state(robot, guess))
     np.testing.assert_allclose(first.rotation, made.rotation, atol=1e-2)
-    np.testing.assert_array_equal(second.rotation, np.eye(3))
+    bases, joints = (
+        np.array(points) - np.mean(points, axis=0)
+        for points in (
+            [leg.base_position for leg in robot.description.legs],
+            [leg.joint.position for leg in robot.description.legs],
+        )
+    )
+    expected, _ = Rotation.align_vectors(bases, joints)
+    np.testing.assert_allclose(second.rotation, expected.as_matrix(), atol=1e-9)
     assert np.linalg.det(first.rotation) == pytest.approx(1.0)
 
 
