@@ -103,7 +103,7 @@ def _rotations(robot: Robot, guess: HomeGuess, poses: Sequence[Pose], tips: Floa
     One that is not said is that of its joints to the bases of their legs, or to the rod tips, or that of
     tips which are fixed to it: how the robot stands in the world, and how the platform's frame lies in
     it, makes no difference. Where joints are known, so are the tips, and with the shapes of the rods all
-    of their poses: they are asked first.
+    of their poses: they are asked first. Where none of these leads to a home, it is tried not turned.
     """
     if robot.description.point_platform:
         return [np.eye(3)]
@@ -115,7 +115,7 @@ def _rotations(robot: Robot, guess: HomeGuess, poses: Sequence[Pose], tips: Floa
     if guess.strain is not None:
         return [*fixed, to_tips, to_bases]
     first = [to_tips, to_bases] if guess.joints else [to_bases, to_tips]
-    return [*first, *fixed]
+    return [*first, *fixed, np.eye(3)]
 
 
 def _rotations_of_tips(robot: Robot, tips: Sequence[Pose]) -> list[Floats]:

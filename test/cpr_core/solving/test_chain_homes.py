@@ -284,13 +284,14 @@ def test_angles_between_tips_and_their_joints(angle):
     assert cross.misalignment(platform, turn) == pytest.approx(expected)
 
 
-def test_a_platform_without_known_rotation_is_tried_turned_to_the_tips_and_to_the_bases():
+def test_a_platform_without_known_rotation_is_tried_turned_to_the_tips_to_the_bases_and_not():
     made = random_chain_robot(3, False, platform_turn=2.0)
     exact = deepcopy(made.content)
     exact["home"]["joints"] = made.joints
     robot = load_robot(exact)
     guess = robot.description.home
-    first, second = rough_platforms(robot, guess, rough_state(robot, guess))
+    first, second, last = rough_platforms(robot, guess, rough_state(robot, guess))
+    np.testing.assert_array_equal(last.rotation, np.eye(3))
     np.testing.assert_allclose(first.rotation, made.rotation, atol=1e-2)
     bases, joints = (
         np.array(points) - np.mean(points, axis=0)
