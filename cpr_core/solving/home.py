@@ -236,7 +236,7 @@ def _settled(robot: Robot, start: Equilibrium) -> Equilibrium | None:
 def _from_strain(robot: Robot, guess: HomeGuess) -> Equilibrium:
     """From a shape that is known well: Newton's method keeps to it, stable or not."""
     loads, state = Loads.none(), rough_state(robot, guess)
-    rough = Configuration(state, *rough_platforms(robot, guess, state)[0])
+    rough = Configuration(state, *next(rough_platforms(robot, guess, state)))
     place = rough._replace(state=with_best_multipliers(robot, robot.load_arrays(loads), rough))
     found = refine(robot, loads, place, iterations=200, contraction=1.0)
     if found.converged:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -81,7 +81,7 @@ def _bowed(robot: Robot, guess: HomeGuess, straight: Floats) -> list[Floats]:
     return curvatures
 
 
-def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> tuple[Pose, ...]:
+def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> Iterator[Pose]:
     """Where the platform may be, the likelier first: where it is said to be, else between the tips.
 
     Args:
@@ -91,13 +91,14 @@ def rough_platforms(robot: Robot, guess: HomeGuess, state: Floats) -> tuple[Pose
     """
     poses = tip_poses(robot, state)
     tips = np.array([pose.position for pose in poses])
-    rotations, place = _rotations(robot, guess, poses, tips), guess.platform_position
-    if place is not None:
-        return tuple(Pose(rotation, place) for rotation in rotations)
-    return tuple(Pose(rotation, _between(robot, tips, rotation)) for rotation in rotations)
+    place = guess.platform_position
+    for rotation in _rotations(robot, guess, poses, tips):
+        yield Pose(rotation, _between(robot, tips, rotation) if place is None else place)
 
 
-def _rotations(robot: Robot, guess: HomeGuess, poses: Sequence[Pose], tips: Floats) -> list[Floats]:
+def _rotations(
+    robot: Robot, guess: HomeGuess, poses: Sequence[Pose], tips: Floats
+) -> Iterator[Floats]:
     """Rotations the platform may have, the likelier first.
 
     One that is not said is that of its joints to the bases of their legs, or to the rod tips, or that of
@@ -106,16 +107,21 @@ def _rotations(robot: Robot, guess: HomeGuess, poses: Sequence[Pose], tips: Floa
     of their poses: they are asked first. Where none of these leads to a home, it is tried not turned.
     """
     if robot.description.point_platform:
-        return [np.eye(3)]
+        yield np.eye(3)
+        return
     fixed = _rotations_of_tips(robot, poses)
     if guess.platform_rotation is not None:
-        return [guess.platform_rotation, *fixed]
-    bases = np.array([leg.base_position for leg in robot.description.legs])
-    to_bases, to_tips = _rotation_to(robot, bases), _rotation_to(robot, tips)
+        yield guess.platform_rotation
+        yield from fixed
+        return
     if guess.strain is not None:
-        return [*fixed, to_tips, to_bases]
-    first = [to_tips, to_bases] if guess.joints else [to_bases, to_tips]
-    return [*first, *fixed, np.eye(3)]
+        yield from fixed
+    ends = [np.array([leg.base_position for leg in robot.description.legs]), tips]
+    if guess.joints or guess.strain is not None:
+        ends.reverse()
+    yield from (_rotation_to(robot, points) for points in ends)
+    yield from fixed
+    yield np.eye(3)
 
 
 def _rotations_of_tips(robot: Robot, tips: Sequence[Pose]) -> list[Floats]:
@@ -138,9 +144,11 @@ def _rotation_to(robot: Robot, points: Floats) -> Floats:
     # Where they say nothing it is not turned; in the plane it turns about z only.
     stays = np.diag([1e-3, 1e-3, 1e3 if robot.planar else 1e-3])
     size = max(1e-12, float(np.linalg.norm(points) * np.linalg.norm(joints)))
-    rotation = np.eye(3)
+    rotation, told = np.eye(3), points.T @ joints / size
     for _ in range(_TURNS):
-        rotation = projected_rotation(points.T @ joints / size + rotation @ stays)
+        last, rotation = rotation, projected_rotation(told + rotation @ stays)
+        if np.abs(rotation - last).max() < 1e-14:
+            break
     return rotation
 
 

@@ -315,7 +315,7 @@ def test_a_flat_platform_that_is_upside_down_is_turned_and_not_mirrored():
         leg["tip"]["position"] = (turned.T @ tip).tolist()
     robot = load_robot(changed)
     guess = robot.description.home
-    found = rough_platforms(robot, guess, rough_state(robot, guess))[0].rotation
+    found = next(rough_platforms(robot, guess, rough_state(robot, guess))).rotation
     np.testing.assert_allclose(found, turned, atol=1e-6)
 
 
