@@ -87,7 +87,7 @@ def described_robot(
         center_of_mass=platform.vector("center_of_mass", (0.0, 0.0, 0.0)),
         legs=legs,
         controlled=tuple(content["controlled"]),
-        home=home_guess(part, legs, point),
+        home=home_guess(part, legs),
         loads=_loads(part, legs),
         stations=tuple(content.get("stations", ())),
         platform_inertia=_inertia(platform, point),

@@ -25,13 +25,12 @@ __all__ = ["home_guess"]
 Floats = NDArray[np.float64]
 
 
-def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> HomeGuess:
+def home_guess(whole: Part, legs: tuple[LegDescription, ...]) -> HomeGuess:
     """The rough home.
 
     Args:
         whole: The whole description.
         legs: The legs.
-        point: Whether the platform has no orientation.
 
     Raises:
         DescriptionError: Not as many motors, sides or strains as there are, or nothing but motors.
@@ -55,11 +54,10 @@ def home_guess(whole: Part, legs: tuple[LegDescription, ...], point: bool) -> Ho
     platform, joints = part.part("platform"), rough_joints(part, legs)
     longest = max(leg.longest_rod for leg in legs)
     check_home_joints(part, (joint for leg in legs for joint in leg.joints), joints, longest)
-    rotation = _rotation(platform) if "quaternion_wxyz" in platform else None
     return HomeGuess(
         motors=motors,
         platform_position=platform.vector("position") if "platform" in part else None,
-        platform_rotation=np.eye(3) if point else rotation,
+        platform_rotation=_rotation(platform) if "quaternion_wxyz" in platform else None,
         strain=tuple(strain_series(series) for series in strain) if "strain" in part else None,
         bow=_bow(part, legs, motors, joints),
         joints=joints,

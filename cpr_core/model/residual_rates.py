@@ -153,9 +153,9 @@ def _plan(robot: Robot, equilibrium: Equilibrium, parameters: Sequence[Parameter
         result *= natural
         return variations
 
-    own = np.array([parameter.size for parameter in parameters])
-    steps = np.zeros(len(own))
-    for first in (np.full(len(own), _FIRST_SI), _FIRST * own):
+    numbers = np.array([parameter.size for parameter in parameters])
+    steps = np.zeros(len(numbers))
+    for first in (np.full(len(numbers), _FIRST_SI), _FIRST * numbers):
         tried(first, False, changes)
         told = np.abs(changes).max(axis=1) * first > _ROUNDING
         steps[told] = first[told]
@@ -164,7 +164,7 @@ def _plan(robot: Robot, equilibrium: Equilibrium, parameters: Sequence[Parameter
         tried(steps, False, changes)
         response = np.abs(changes).max(axis=1)
         sizes = np.divide(1.0, response, out=np.zeros(len(steps)), where=response > 0.0)
-        steps = _STEP * small_change(sizes, own, _OWN, _LEAST)
+        steps = _STEP * small_change(sizes, numbers, _OWN, _LEAST)
     tried(sizes, True, changes)
     tried(-sizes, True, other)
     second = sizes * np.abs(changes - other).max(axis=1)

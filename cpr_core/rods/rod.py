@@ -198,14 +198,11 @@ class Rod:
     @cached_property
     def _mean_rigidities(self) -> tuple[float, float]:
         """That of bending about d2, and about d3."""
-        _, bending_2, bending_3 = self.rigidities.tolist()
-        if np.all(self.profile.stiffness == 1.0) and not self.section.tapered:
-            return bending_2, bending_3
-        panels = rod_grid(_POINTS_OF_MEAN, tuple(self.profile.at[1:-1].tolist()))
-        _, mean_2, mean_3 = (
-            1.0 / (panels.weights @ (1.0 / self.rigidities_at(panels.nodes)))
-        ).tolist()
-        return mean_2, mean_3
+        mean = self.rigidities
+        if np.any(self.profile.stiffness != 1.0) or self.section.tapered:
+            panels = rod_grid(_POINTS_OF_MEAN, tuple(self.profile.at[1:-1].tolist()))
+            mean = 1.0 / (panels.weights @ (1.0 / self.rigidities_at(panels.nodes)))
+        return float(mean[1]), float(mean[2])
 
     @cached_property
     def uniform(self) -> bool:

@@ -103,8 +103,9 @@ def _rotations(
 
     One that is not said is that of its joints to the bases of their legs, or to the rod tips, or that of
     tips which are fixed to it: how the robot stands in the world, and how the platform's frame lies in
-    it, makes no difference. Where joints are known, so are the tips, and with the shapes of the rods all
-    of their poses: they are asked first. Where none of these leads to a home, it is tried not turned.
+    it, makes no difference. Where joints are known, so are the tips, which are asked first; with the
+    shapes of the rods they are all there is to ask. Where none of these leads to a home, it is tried not
+    turned.
     """
     if robot.description.point_platform:
         yield np.eye(3)
@@ -115,9 +116,10 @@ def _rotations(
         yield from fixed
         return
     if guess.strain is not None:
-        yield from fixed
+        yield from fixed or [_rotation_to(robot, tips)]
+        return
     ends = [np.array([leg.base_position for leg in robot.description.legs]), tips]
-    if guess.joints or guess.strain is not None:
+    if guess.joints:
         ends.reverse()
     yield from (_rotation_to(robot, points) for points in ends)
     yield from fixed

@@ -70,14 +70,14 @@ def stability_slopes(
     scales = parameter_scales(equilibrium, parameters)
     sizes = np.array([parameter.size for parameter in parameters])
     small = small_change(scales, sizes, _OWN, _LEAST)
-    for column, (parameter, natural, change) in enumerate(
+    for column, (parameter, natural, most) in enumerate(
         zip(parameters, scales.tolist(), small.tolist(), strict=True)
     ):
         rate = states[:, column]
         if natural == 0.0:
             continue
         response = float(np.abs(rate / equilibrium.robot.kernel_arrays.unit).max())
-        step = _STEP * min(change, 1.0 / max(response, 1e-300))
+        step = _STEP * min(most, 1.0 / max(response, 1e-300))
         near = _near(equilibrium.robot, parameter, 2.0 ** math.floor(math.log2(step)))
         beside = [
             _moved(equilibrium, robot, change * rate)

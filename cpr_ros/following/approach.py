@@ -26,14 +26,19 @@ class Approach:
 
     def __init__(self) -> None:
         """Know of no command yet."""
-        self.begin(math.inf)
+        self.begin()
 
-    def begin(self, now: float) -> None:
-        """Commands go elsewhere, or the motors are there: what was before tells nothing."""
-        self._nearest, self.since, self.leaving = math.inf, now, False
+    def begin(self, since: float = math.inf) -> None:
+        """Commands go elsewhere, or the motors are there: what was before tells nothing.
+
+        Args:
+            since: Steady time at which it begins [s]; infinite: when a way is taken first.
+        """
+        self._nearest, self.since, self.leaving = math.inf, since, False
 
     def take(self, way: float, now: float) -> None:
         """Take the way that is left [rad, rod lengths]; NaN: nobody knows."""
+        self.since = min(self.since, now)
         if way < self._nearest - RESTING:
             if self._nearest < math.inf:  # where it begins tells nothing
                 self.since = now

@@ -80,13 +80,11 @@ class MotorArrival:
             sent is None or largest_way(sent, commands, self._units) > tolerance
         ):
             self._sent = commands
-            self._approach.begin(math.inf)
-        if not self.last.why:
-            self._approach.begin(math.inf)
-            return self.last
-        if self._approach.since == math.inf:
-            self._approach.begin(now)
-        self._approach.take(self.last.way, now)
+            self._approach.begin()
+        if self.last.why:
+            self._approach.take(self.last.way, now)
+        else:
+            self._approach.begin()
         return self.last
 
     def waited(self, now: float) -> float:

@@ -182,21 +182,20 @@ def clamped_columns(section: dict) -> Robot:
 
 def hinged_tripod(tip: str) -> dict:
     """Three rods that lean inwards, two with ball joints, one with another; without loads or pose."""
-    tips = [{"type": "spherical"}] * 2 + [{"type": tip, "axis_in_rod": [0, 1, 0]}]
-    legs = []
-    for (c, s), joint in zip(_ring(3), tips, strict=True):
-        hinge = {"axis": [-s, c, 0.0]} if "axis_in_rod" in joint else {}
-        legs.append(
-            {
-                "base": {
-                    "position": [0.2 * c, 0.2 * s, 0.0],
-                    "tangent": [-0.3 * c, -0.3 * s, 1.0],
-                    "normal": [-s, c, 0.0],
-                },
-                "motor": {"type": "revolute", "axis": [-s, c, 0.0]},
-                "tip": {**joint, **hinge, "position": [0.08 * c, 0.08 * s, 0.0]},
-            }
-        )
+    legs = [
+        {
+            "base": {
+                "position": [0.2 * c, 0.2 * s, 0.0],
+                "tangent": [-0.3 * c, -0.3 * s, 1.0],
+                "normal": [-s, c, 0.0],
+            },
+            "motor": {"type": "revolute", "axis": [-s, c, 0.0]},
+            "tip": {"type": "spherical", "position": [0.08 * c, 0.08 * s, 0.0]},
+        }
+        for c, s in _ring(3)
+    ]
+    across = legs[-1]["base"]["normal"]
+    legs[-1]["tip"] |= {"type": tip, "axis": across, "axis_in_rod": [0, 1, 0]}
     return {
         "name": f"tripod with one {tip} tip",
         "space": "spatial",
