@@ -13,7 +13,9 @@ from cpr_ros.following.motor_path import MotorPath
 
 MOTORS = 3
 #: Half an acceleration is a coefficient: the smallest numbers of all have no half.
-numbers = st.floats(-3.0, 3.0).filter(lambda number: 2.0 * (0.5 * number) == number)
+numbers = st.floats(-3.0, 3.0, allow_subnormal=False).filter(
+    lambda number: 2.0 * (0.5 * number) == number
+)
 #: Orders of a path by what its points carry.
 KINDS = (1, 2, 3)
 
