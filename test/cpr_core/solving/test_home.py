@@ -316,6 +316,34 @@ def test_a_rod_that_is_twisted_at_rest_is_not_wound():
         solve_home(load_robot(content))
 
 
+@pytest.mark.parametrize(
+    ("name", "bow", "told"),
+    [
+        ("rfrfr", "inward", r"leg1 \(and 1 more\) bow"),
+        ("rfrfr", "left", "leg2 bows"),
+        ("planar_body", ["left", "left", "right"], "leg3 bows"),
+        ("planar_body", "outward", ""),
+        ("six_rfs", "inward", r"leg1 \(and 5 more\) bow"),
+        ("six_rfs", None, ""),
+    ],
+)
+def test_a_rod_that_bows_to_the_other_side_is_told(name, bow, told):
+    """With these motors there is one rest, to one side; which one was asked for made no difference."""
+    content = shipped_content(name)
+    content["home"]["bow"] = bow
+    if bow is None:
+        del content["home"]["bow"]
+        place = solve_home(load_robot(name)).platform_position.tolist()
+        content["home"]["platform"] = {"position": place}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        home = solve_home(load_robot(content))
+    said = [str(warning.message) for warning in caught]
+    assert len(said) == bool(told)
+    assert all(re.search(f"home.bow: {told} to the other side in the home", text) for text in said)
+    assert distance(solve_home(load_robot(name)), home) < 1e-7
+
+
 @pytest.mark.filterwarnings("error::cpr_core.DescriptionWarning")
 @pytest.mark.parametrize("name", shipped_robots())
 def test_no_shipped_robot_is_warned_of_at_home(name):
