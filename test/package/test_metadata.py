@@ -215,12 +215,12 @@ def test_files_of_python_that_the_docs_name_exist():
 
 
 def test_what_the_docs_say_a_file_has_is_in_it():
-    """As "`load_robot("six_rfs")` (`solving/load_robot.py`)"."""
-    said = named_in_the_docs(r"`(\w+)(?:\([^`]*\))?` \(`([\w./]+\.py)`\)")
-    assert len(said) >= 3
+    """As "`load_robot("six_rfs")` (`solving/load_robot.py`)" or "`Pose` in `model/shape.py`"."""
+    said = named_in_the_docs(r"`(\w+)(?:\([^`]*\))?` (?:\(|in )`([\w./]+\.py)`")
+    assert len(said) >= 10
+    tops = [ROOT, ROOT / "cpr_core", ROOT / "cpr_ros", *(ROOT / "test" / "cpr_core").iterdir()]
     for page, (name, file) in said:
-        places = [top / file for top in (ROOT, ROOT / "cpr_core", ROOT / "cpr_ros")]
-        [code] = [place.read_text() for place in places if place.is_file()]
+        [code] = [(top / file).read_text() for top in tops if (top / file).is_file()]
         assert re.search(rf"^(def|class) {name}\b|^{name}\b", code, re.MULTILINE), (page.name, name)
 
 
