@@ -283,6 +283,26 @@ def test_symmetric_ways_end_where_several_branches_cross(points):
         solve_inverse(robot, below)
 
 
+@pytest.mark.parametrize("points", [2, 3, 11, 51])
+@pytest.mark.parametrize(
+    ("name", "axis", "way", "index", "fraction"),
+    [
+        ("gough_stewart", 0, 0.8, 1, 0.1975039496),  # where stability changes once more
+        ("six_rus", 2, -0.8, 3, 0.4064011617),  # where the branch itself turns back
+    ],
+)
+def test_they_end_there_whatever_else_happens_and_wherever_points_lie(
+    name, axis, way, index, fraction, points
+):
+    """Whether they ended, and whether in a fold, was decided by how many points were asked for."""
+    robot = load_robot(name)
+    target = solve_home(robot).pose
+    target[axis] += way * robot.mean_length
+    last = trace(robot, pose=target, points=points).events[-1]
+    assert (last.kind, last.index_before, last.index_after) == ("bifurcation", index, index)
+    assert last.fraction == pytest.approx(fraction, abs=2e-9)
+
+
 @pytest.mark.parametrize("points", [2, 51])
 def test_so_they_do_under_a_force_that_turns_with_the_platform(points):
     """The branch was walked through where several cross, and a request ended on another one."""
