@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -15,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import cpr_ros  # noqa: F401  finds the ROS 2 of this environment
+from cpr_ros.process.interrupted import interrupted
 from cpr_ros.process.own_domain import enter_own_domain
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
@@ -41,8 +41,7 @@ def running_node(
         try:
             yield process
         finally:
-            process.send_signal(signal.SIGINT)
-            process.wait(timeout=20)
+            interrupted(process)
             domain.close()
 
 

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import subprocess
 import sys
 import tempfile
@@ -27,6 +26,7 @@ from cpr_core import CprError, load_robot
 
 from .messages.equilibrium_messages import equilibrium_from_message
 from .messages.geometry import vector_of
+from .process.interrupted import interrupted
 from .process.own_domain import enter_own_domain
 
 __all__ = ["run"]
@@ -77,9 +77,7 @@ def run(arguments: list[str]) -> int:
             print(f"cpr_demo: {error}\n--- log of the node ---\n{log.read()}", file=sys.stderr)
             return 1
         finally:
-            if node.poll() is None:
-                node.send_signal(signal.SIGINT)
-            status = node.wait(timeout=20)
+            status = interrupted(node)
     print(_table(steps))
     picture = _draw(steps, options.output)
     print(f"picture: {picture}")

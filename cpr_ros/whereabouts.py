@@ -128,7 +128,7 @@ class Whereabouts:
         """
         if np.isnan(commands).any():
             raise CprError("under another description the motors had left their last equilibrium")
-        said = self._stop.wait_for(lambda: begin_at_commands(self._session, commands))
+        said = begin_at_commands(self._session, commands)
         self._memory.pass_over(self._session.known_place)
         return said
 

@@ -58,7 +58,7 @@ def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> An
     own = exactness_of(exact)
     rows: list[tuple[str, ComparedModes | None]] = []
     for modes in _COMPARED:
-        uniform = Robot(chosen.description.with_modes(modes), robot.held_motors)
+        uniform = robot.with_description(chosen.description.with_modes(modes))
         try:
             rows.append((str(modes), compared_modes(uniform, exact)))
         except NotReached:

@@ -196,6 +196,7 @@ class Assessment:
             (
                 1.0 - abs(efforts[number]) / motor.limits.effort
                 for number, motor in self.equilibrium.robot.limited_motors
+                if motor.limits.effort < math.inf
             ),
             default=math.inf,
         )

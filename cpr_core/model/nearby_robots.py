@@ -92,7 +92,7 @@ def _robot_beside(robot: Robot, changes: Changes) -> Robot:
         DescriptionError: There is none.
     """
     try:
-        return Robot(shifted_together(robot.description, changes), robot.held_motors)
+        return robot.with_description(shifted_together(robot.description, changes))
     except InvalidRequest as error:  # of loads, which requests have too
         source = robot.description.source
         raise DescriptionError(source, f"loads.{error.argument}", error.problem) from None

@@ -194,7 +194,11 @@ class Robot(DiscretisedRobot):
             NonFiniteInput: A NaN or an infinity.
             DescriptionError: No robot has such a number.
         """
-        return Robot(with_parameters(self.description, values), self.held_motors)
+        return self.with_description(with_parameters(self.description, values))
+
+    def with_description(self, description: RobotDescription) -> Robot:
+        """The robot of another description with as many motors, the same of them held."""
+        return Robot(description, self.held_motors)
 
     @cached_property
     def kernel_arrays(self) -> RobotArrays:

@@ -32,6 +32,7 @@ from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector
 from .continuous_equilibrium import ContinuousEquilibrium
 from .rod_integration import frame
+from .shooting_robot import check_unloaded
 
 __all__ = [
     "FiniteDifferenceEquilibrium",
@@ -194,17 +195,8 @@ def solve_finite_differences(
         InvalidRequest: Not a planar robot of rods that meet in a point, or a load.
         NoForwardSolution: Newton's method does not reach the tolerance.
     """
-    model, loads = FiniteDifferences(start.robot, elements), start.loads
-    weighed = any(leg.rod.mass_per_length for leg in start.robot.description.legs)
-    if (
-        loads.distributed
-        or loads.points
-        or np.any(loads.rod_force)
-        or np.any(loads.wrench_world)
-        or np.any(loads.wrench_body)
-        or (weighed and np.any(loads.gravity))
-    ):
-        raise InvalidRequest("loads", "expected none")
+    model = FiniteDifferences(start.robot, elements)
+    check_unloaded(start.robot, start.loads)
     parts: list[Floats] = []
     for (rod,), base in zip(
         start.rods, model.base_angles + model.turns * start.motors, strict=True

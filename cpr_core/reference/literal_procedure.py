@@ -28,14 +28,13 @@ from scipy.integrate import solve_ivp
 
 from ..description.joints import RevoluteJoint, Spherical
 from ..description.leg_description import LegDescription
-from ..errors import InvalidRequest
 from ..kernels.square_problem import RESIDUAL_TOLERANCE
 from ..lie import quaternion_from_rotation, rotation_exp, skew
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..solving.not_reached import NoForwardSolution
 from ..validation import checked_vector
-from .shooting_robot import check_leg
+from .shooting_robot import check_leg, check_unloaded
 
 __all__ = ["LiteralEquilibrium", "follow_literally", "solve_literally"]
 
@@ -300,12 +299,7 @@ def solve_literally(equilibrium: Equilibrium) -> LiteralEquilibrium:
     legs = robot.description.legs
     for leg in legs:
         check_leg(leg, RevoluteJoint if robot.planar else Spherical)
-    heavy = robot.description.platform_mass or any(leg.rod.mass_per_length for leg in legs)
-    acting = [loads.rod_force, loads.wrench_world, loads.wrench_body]
-    if heavy:
-        acting.append(loads.gravity)
-    if loads.distributed or loads.points or any(np.any(vector) for vector in acting):
-        raise InvalidRequest("loads", "expected none")
+    check_unloaded(robot, loads)
     axes = robot.kernel_arrays.position_axes
     forces = np.zeros((len(legs), 3))
     forces[:, axes] = equilibrium.multipliers.reshape(-1, len(axes))

@@ -25,6 +25,7 @@ __all__ = [
     "check_leg",
     "check_robot",
     "check_square",
+    "check_unloaded",
     "force_per_length",
     "integrated_by",
     "shooting_knows",
@@ -175,6 +176,20 @@ def check_leg(leg: LegDescription, *tip_joints: type[Joint]) -> None:
         raise InvalidRequest("robot", f"{leg.name}: expected a tip joint that takes no moment")
     if not leg.rod.uniform or any(np.any(series) for series in leg.rod.rest_curvature):
         raise InvalidRequest("robot", f"{leg.name}: expected a uniform rod, straight at rest")
+
+
+def check_unloaded(robot: Robot, loads: Loads) -> None:
+    """Whether nothing acts on a robot but its motors.
+
+    Raises:
+        InvalidRequest: Something does.
+    """
+    acting = [loads.rod_force, loads.wrench_world, loads.wrench_body]
+    description = robot.description
+    if description.platform_mass or any(leg.rod.mass_per_length for leg in description.legs):
+        acting.append(loads.gravity)
+    if loads.distributed or loads.points or any(np.any(vector) for vector in acting):
+        raise InvalidRequest("loads", "expected none")
 
 
 def check_robot(robot: Robot, loads: Loads) -> None:

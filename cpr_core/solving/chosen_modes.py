@@ -204,7 +204,7 @@ def compared_modes(robot: Robot, exact: Sequence[Equilibrium]) -> ComparedModes:
 
 
 def _with_counts(robot: Robot, counts: Sequence[ModeCounts]) -> Robot:
-    return Robot(robot.description.with_mode_counts(counts), robot.held_motors)
+    return robot.with_description(robot.description.with_mode_counts(counts))
 
 
 def _is_met(robot: Robot, exact: Sequence[Equilibrium], tolerance: float) -> bool:

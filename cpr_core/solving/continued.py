@@ -160,7 +160,7 @@ class _Walk:
             description = between(first.description, self.robot.description, fraction)
         except DescriptionError:
             return None
-        return Robot(description, first.held_motors)
+        return first.with_description(description)
 
     def _point(self, fraction: float, equilibrium: Equilibrium) -> Point:
         """With its signs, as on any path."""

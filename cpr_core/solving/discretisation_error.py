@@ -149,7 +149,7 @@ def _richer(robot: Robot) -> tuple[Robot, Floats]:
         pairs = zip(element.rod.rest_curvature, element.modes.counts, strict=True)
         # The curvature at rest bends lever arms in waves as long as its own.
         more = max(more, *(len(rest) + 1 - count for rest, count in pairs if count))
-    found = Robot(robot.description.with_richer_modes(more), robot.held_motors)
+    found = robot.with_description(robot.description.with_richer_modes(more))
     return found, embedding_of(robot, found)
 
 

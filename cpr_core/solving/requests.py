@@ -17,7 +17,7 @@ from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot
 from ..validation import checked_vector
-from .targets import EffortTarget, MotorTarget, PoseTarget, Target
+from .targets import EffortTarget, MotorTarget, PoseTarget, Target, check_rod_lengths
 
 __all__ = ["motor_vector", "pose_meaning", "split_pose", "target_of"]
 
@@ -33,14 +33,16 @@ def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
         values: Numbers of the request.
 
     Raises:
-        InvalidRequest: Wrong number of values, an angle of a pose beyond a whole turn, or a robot
-            without inverse problem.
+        InvalidRequest: Wrong number of values, a rod length of zero or less, an angle of a pose beyond a
+            whole turn, or a robot without inverse problem.
         InvalidQuaternion: A quaternion far from unit length.
         NonFiniteInput: A NaN or an infinity.
     """
     robot = start.robot
     if problem == "motors":
-        return MotorTarget(motor_vector(robot, problem, values))
+        motors = motor_vector(robot, problem, values)
+        check_rod_lengths(robot, motors)
+        return MotorTarget(motors)
     if problem == "efforts":
         return EffortTarget(motor_vector(robot, problem, values))
     if not robot.description.controlled:

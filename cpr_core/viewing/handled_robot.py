@@ -226,7 +226,7 @@ class HandledRobot:
         """The same robot with other strain modes, at the same motors and under the same loads."""
         current = self.equilibrium
         try:
-            robot = Robot(self.robot.description.with_modes(modes))
+            robot = self.robot.with_description(self.robot.description.with_modes(modes))
             found = solve_forward(robot, current.motors, loads=current.loads, time_limit=10.0)
         except CprError as error:
             return self.refuse(error)

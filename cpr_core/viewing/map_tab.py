@@ -30,7 +30,7 @@ class MapTab:
         self._scene, self._gui, self._do = scene, gui, do
         self._layer: MapLayer | None = None
         self._cloud: Any = None
-        self._told = ""
+        self._told, self._refused = "", ""
         upload: Any = gui.add_upload_button("open a map (.nc)")
         self._text = gui.add_markdown("A map as `cpr workspace --out` writes it.")
         self._shown: Any = gui.add_checkbox("show map", True, visible=False)
@@ -69,7 +69,7 @@ class MapTab:
         )
         if self._layer is None:
             self._scene.on_click()(self._clicked)
-        self._layer = layer
+        self._layer, self._refused = layer, ""
         shape = " x ".join(str(count) for count in layer.found.grid.shape)
         blue = "stable" if layer.found.energy_criterion_applies else "index 0"
         self._told = as_plain(
@@ -91,7 +91,7 @@ class MapTab:
         )
         visible = self._shown.value and not other
         send_new(self._cloud, visible=visible)
-        send_new(self._text, content=text)
+        send_new(self._text, content=f"{self._refused}{text}")
 
     def _open_bytes(self, handled: HandledRobot, name: str, content: bytes) -> None:
         with tempfile.TemporaryDirectory() as folder:
@@ -101,12 +101,14 @@ class MapTab:
                 self.open(handled, file)
             except CprError as error:
                 problem = str(error).replace(str(file), name)
-                self._told = f"**not a map of this robot**: {as_plain(problem)}"
-                self._text.content = self._told
+                self._refused = f"**not a map of this robot**: {as_plain(problem)}\n\n"
+                self._text.content = self._refused
+                self.show(handled)  # the one before stays
 
     def _go_to_clicked(self, handled: HandledRobot, origin: Any, direction: Any) -> None:
         if self._layer is None or not self._shown.value or _other(handled, self._layer):
             return
+        self._refused = ""
         cell = self._layer.nearest(origin, direction)
         if cell is not None:
             go_to_cell(handled, self._layer.found, cell)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from cpr_msgs.action import MoveTo
@@ -63,15 +64,15 @@ def measured_arrival(goal: MoveTo.Goal, coordinates: PoseCoordinates) -> Measure
     Raises:
         InvalidRequest: A negative tolerance, or one of what the goal does not control.
     """
-    controlled = coordinates.sizes(coordinates.way(coordinates.nowhere, coordinates.nowhere))
-    tolerances = []
-    for name, size in zip(("position_tolerance", "rotation_tolerance"), controlled, strict=True):
+    nowhere = coordinates.way(coordinates.nowhere, coordinates.nowhere)
+    tolerances, sizes = [], coordinates.sizes(nowhere)
+    for name, size in zip(("position_tolerance", "rotation_tolerance"), sizes, strict=True):
         tolerance = checked_number(name, getattr(goal, name))
         if tolerance < 0.0:
             raise InvalidRequest(name, f"expected a positive number or 0, got {tolerance}")
         if tolerance > 0.0 and goal.given != MoveTo.Goal.GIVEN_POSE:
             raise InvalidRequest(name, "expected 0 with motors: measured is the platform")
-        if tolerance > 0.0 and size != 0.0:
+        if tolerance > 0.0 and math.isnan(size):
             part = name.removesuffix("_tolerance")
             raise InvalidRequest(name, f"expected 0, the robot does not control the {part}")
         tolerances.append(tolerance)

@@ -55,7 +55,8 @@ class Announcements:
             information = ""
         else:
             information = self._recovery(outcome, now)
-        return News(warning, information or self._changed(outcome.state))
+        news = information, self._changed(outcome.state)
+        return News(warning, "; ".join(filter(None, news)))
 
     def of_motors(self, unmeasured: str, *, again: bool = False) -> News:
         """What to log of measured motors: a warning when they are missing, and that they are back.

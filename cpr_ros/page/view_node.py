@@ -91,10 +91,14 @@ class ViewNode(Node):
             try:
                 work(*heard)
             except Exception as error:
-                self.get_logger().error(traceback.format_exc(), **ONCE_A_SECOND)
+                self.log_exception()
                 self.page.fail(error)
 
         return guarded
+
+    def log_exception(self) -> None:
+        """Tell what was raised just now, which is not to end the page."""
+        self.get_logger().error(traceback.format_exc(), **ONCE_A_SECOND)
 
     def _keeping(self, name: str) -> Any:
         def keep(message: Any) -> None:

@@ -10,7 +10,7 @@ import sys
 
 import rclpy
 from rclpy.exceptions import NameValidationException
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
@@ -57,9 +57,21 @@ def run(arguments: list[str]) -> int:
     print(f"{options.node}: look at {node.page.address} (Ctrl-C ends)", flush=True)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    while not stop.requested:
-        executor.spin_once(timeout_sec=0.1)
-    node.page.close()
-    node.destroy_node()
-    rclpy.try_shutdown()
+    try:
+        _spin(node, executor, stop)
+    finally:
+        node.page.close()
+        node.destroy_node()
+        rclpy.try_shutdown()
     return 0
+
+
+def _spin(node: ViewNode, executor: Executor, stop: StopSignal) -> None:
+    """Spin until a signal comes; no message of a client may end the page."""
+    while rclpy.ok() and not stop.requested:
+        try:
+            executor.spin_once(timeout_sec=0.1)
+        except ExternalShutdownException:
+            return
+        except Exception:  # rclpy raises for malformed parameter messages, for one
+            node.log_exception()

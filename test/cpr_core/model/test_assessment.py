@@ -27,6 +27,24 @@ def test_a_motor_is_loaded_whichever_way_it_pushes(leg):
     assert reserve < DEFAULT_THRESHOLDS["effort_reserve"].warning
 
 
+@pytest.mark.parametrize(
+    ("limits", "reserves"),
+    [
+        ({"position": [-9.0, 9.0]}, (False, True)),
+        ({"effort": 50.0}, (True, False)),
+        ({}, (True, True)),
+    ],
+)
+def test_what_has_no_limit_is_infinitely_far_from_it(limits, reserves):
+    """Motors with limits of position only had a reserve of effort of 1, which a verdict named."""
+    content = shipped_content("rfrfr")
+    for leg in content["legs"]:
+        leg["motor"]["limits"] = limits
+    found = Assessment(solve_home(load_robot(content)))
+    infinite = (found.motor_range == np.inf, found.effort_reserve == np.inf)
+    assert infinite == reserves
+
+
 def test_events_of_measures_are_those_of_paths_each_of_one_measure():
     events = [measure.event for measure in MEASURES.values() if measure.event]
     assert set(events) <= set(get_args(EventKind))

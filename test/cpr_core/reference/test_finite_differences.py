@@ -82,6 +82,12 @@ def test_what_it_does_not_cover_is_refused(home):
     heavy = Loads.none().with_(gravity=[0.0, -9.81, 0.0])
     with pytest.raises(InvalidRequest, match="expected none"):
         solve_finite_differences(continuous_home(home.robot, loads=heavy), 50)
+    content = shipped_content("rfrfr")
+    content["rod"]["density"], content["platform"]["mass"] = 0.0, 0.05
+    with pytest.raises(
+        InvalidRequest, match="expected none"
+    ):  # the platform weighs, the rods do not
+        solve_finite_differences(continuous_home(load_robot(content), loads=heavy), 50)
     with pytest.raises(InvalidRequest, match="at least 2"):
         solve_finite_differences(home, 1)
     start = solve_finite_differences(home, 50)

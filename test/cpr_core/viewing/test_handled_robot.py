@@ -280,6 +280,17 @@ def test_modes_are_another_robot_at_the_same_place(planar):
     assert handled.equilibrium is before
 
 
+def test_motors_that_are_held_are_held_with_other_modes_too():
+    """They were let go: the next motion of the platform moved them."""
+    robot = cpr_core.load_robot("four_rfr").holding([0])
+    handled = HandledRobot(robot)
+    assert handled.choose_modes(4)
+    assert handled.robot.held_motors == (0,)
+    held = handled.equilibrium.motors[0]
+    assert handled.move_pose(handled.equilibrium.pose + [0.01, 0.0, 0.0])
+    assert handled.equilibrium.motors[0] == held
+
+
 def test_a_start_is_where_it_begins(planar):
     start = cpr_core.solve_forward(planar, [2.6, 0.6])
     handled = HandledRobot(planar, start)

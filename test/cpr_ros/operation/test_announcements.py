@@ -54,6 +54,22 @@ def test_a_halt_and_its_end_are_said_once(log):
         assert log.informations == ["the halt is over (FOLLOWING): stable"] * number
 
 
+def test_what_changes_in_the_tick_that_ends_a_halt_is_said_with_it(log):
+    """It was said a tick later, if there was one."""
+    other, count = Log(), 0
+    other.ticks(10, State.HALTED, HALT)
+    while not other.informations:
+        other.ticks(1, State.FOLLOWING, FREE)
+        count += 1
+    log.ticks(10, State.HALTED, HALT)
+    log.ticks(count - 1, State.FOLLOWING, FREE)
+    assert log.informations == []
+    log.ticks(1, State.PAUSED, FREE)
+    assert log.informations == [
+        "the halt is over (PAUSED): stable; paused: holds, and takes no setpoints"
+    ]
+
+
 def test_a_robot_that_may_have_snapped_is_told_of_within_a_halt_too(log):
     log.ticks(10, State.IDLE, HALT)
     snapped = Verdict(Status.BRANCH_JUMP, "snapped", Action.HALT, 0.0, "margin", 0.0)

@@ -18,6 +18,9 @@ from cpr_msgs.msg import StabilityMetrics
 from geometry_msgs.msg import Point
 from helpers.browser import Looker
 from helpers.node_process import TIMEOUT, Client, NodeProcess, free_domain
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -362,6 +365,21 @@ def test_nothing_that_is_published_ends_the_page(told, looker, view):
     expected = f"{told.state.position[0]:.3f}"
     looker.until(lambda: f"{float(sliders.first.get_attribute('aria-valuenow')):.3f}" == expected)
     assert view.process.poll() is None
+
+
+def test_a_call_that_rclpy_raises_for_does_not_end_it(view, client):
+    """A parameter of a type that there is not ended the process with a traceback."""
+    wrong = SetParameters.Request(
+        parameters=[ParameterMessage(name="use_sim_time", value=ParameterValue(type=99))]
+    )
+    caller = client.node.create_client(SetParameters, "/cpr_view/set_parameters")
+    client.spin_until(caller.service_is_ready)
+    caller.call_async(wrong)
+    asked = GetParameters.Request(names=["use_sim_time"])
+    answer = client.call(GetParameters, "/cpr_view/get_parameters", asked)
+    assert [value.bool_value for value in answer.values] == [False]
+    assert view.process.poll() is None
+    client.node.destroy_client(caller)
 
 
 def test_a_name_that_no_node_has_is_told(domain):
