@@ -35,6 +35,7 @@ from .plausibility import check_gravity, check_inertia, check_places, check_tole
 from .plausible_rods import check_slender
 from .robot_description import RobotDescription
 from .tracker import Tracker
+from .twisting_rods import check_twist
 from .written_fields import WrittenFields
 
 __all__ = ["described_robot"]
@@ -101,6 +102,7 @@ def described_robot(
     check_slender(part, description)
     check_tolerance(part, description)
     check_inertia(part, description)
+    check_twist(part, description)
     return description
 
 

@@ -188,10 +188,12 @@ class RobotDescription:
         """The same robot with strain modes of which those of this one are combinations.
 
         Args:
-            more: So many more in every direction that has any; B-splines get a knot in every interval.
+            more: So many more in every direction, in space also in those that have none; B-splines get a
+                knot in every interval.
         """
         more = checked_count("more", more, 1)
-        return self._with_strain_modes(lambda present: present.richer(more))
+        missing = 0 if self.planar else more
+        return self._with_strain_modes(lambda present: present.richer(more, missing))
 
     def with_modes_of(self, described: RobotDescription) -> RobotDescription:
         """The same robot with the strain modes of another one that has the same chains."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest
+from ..model.configurations import configuration_distance
 from ..solving.find_equilibria import FoundEquilibrium
 from ..solving.trace import Trace
 from .robot_drawing import draw_equilibrium, set_equal_scale
@@ -22,7 +23,7 @@ __all__ = ["new_figure", "plot_equilibria", "plot_trace", "save_figure"]
 #: Colours that the colour-blind tell apart (Okabe and Ito).
 _BLUE, _ORANGE, _GREEN, _RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 _GREY, _BLACK = "#999999", "#000000"
-#: Equilibria that are drawn at most, those of lowest energy.
+#: Equilibria that are drawn at most: stable ones, then those of lowest energy.
 _MOST_DRAWN = 24
 _MARKS = {
     "fold": ("v", _RED),
@@ -69,19 +70,23 @@ def plot_trace(found: Trace, file: Path) -> None:
         axes.set_xlabel(label)
         axes.set_title(title)
         axes.grid(alpha=0.3)
-        if not by_step:
-            _mark_events(axes, found, place == 4)
+        _mark_events(axes, found, _steps_of_events(found) if by_step else None, place == 4)
     figure.suptitle(found.robot.description.name)
     save_figure(figure, file)
 
 
 def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path) -> None:
-    """Draw equilibria in a row of pictures by energy; stable ones in blue, in boxes of their own.
+    """Draw equilibria in pictures side by side: stable ones first and in blue, then by energy.
 
     Args:
         found: The equilibria, by energy; at least one.
         file: Picture to write; its ending tells the format.
+
+    Raises:
+        InvalidRequest: There is none, or the ending names no format of pictures.
     """
+    if not found:
+        raise InvalidRequest("found", "expected at least one equilibrium")
     shown = sorted(found, key=lambda entry: not entry.stable)[:_MOST_DRAWN]
     columns = min(6, len(shown))
     rows = -(-len(shown) // columns)
@@ -102,17 +107,16 @@ def plot_equilibria(found: Sequence[FoundEquilibrium], file: Path) -> None:
             fontweight="bold" if entry.stable else "normal",
             color=_BLUE if entry.stable else _BLACK,
         )
-    left = len(found) - len(shown)
     name = found[0].equilibrium.robot.description.name
-    more = f", {left} of higher energy not drawn" if left else ""
-    figure.suptitle(f"{name}: {len(found)} equilibria{more}; blue: stable with the motors held")
+    part = f", {len(shown)} of them drawn" if len(found) > len(shown) else ""
+    figure.suptitle(f"{name}: {len(found)} equilibria{part}; blue: stable with the motors held")
     save_figure(figure, file, dpi=110.0)
 
 
 def _up_to_the_stop(found: Trace) -> Trace:
     """The same with the equilibrium that it was stopped at, which is between its points."""
     stopped = found.stopped
-    if stopped is None or stopped.equilibrium is found.equilibria[-1]:
+    if stopped is None or (found.equilibria and stopped.equilibrium is found.equilibria[-1]):
         return found
     fractions = np.append(found.fractions, stopped.fraction)
     return replace(found, fractions=fractions, equilibria=(*found.equilibria, stopped.equilibrium))
@@ -126,12 +130,23 @@ def _name_lines(axes: Any, lines: Sequence[Any], names: Sequence[str]) -> None:
         text.set_text(name)
 
 
-def _mark_events(axes: Any, found: Trace, named: bool) -> None:
-    for event in found.events:
+def _steps_of_events(found: Trace) -> list[int]:
+    """Numbers of the equilibria that are nearest to the events."""
+    shapes = np.array([point.configuration for point in found.equilibria])
+    return [
+        int(configuration_distance(found.robot, event.equilibrium.configuration, shapes).argmin())
+        for event in found.events
+    ]
+
+
+def _mark_events(axes: Any, found: Trace, steps: list[int] | None, named: bool) -> None:
+    """Mark the events at their fractions, or at steps."""
+    places = [event.fraction for event in found.events] if steps is None else steps
+    for event, place in zip(found.events, places, strict=True):
         marker, color = _MARKS.get(event.kind, ("x", _BLACK))
-        axes.axvline(event.fraction, color=color, linestyle=":", linewidth=1.2)
+        axes.axvline(place, color=color, linestyle=":", linewidth=1.2)
         if named:
-            axes.plot(event.fraction, 0.0, marker, color=color, label=event.kind)
+            axes.plot(place, 0.0, marker, color=color, label=event.kind)
     if named and found.events:
         handles, labels = axes.get_legend_handles_labels()
         unique = dict(zip(labels, handles, strict=True))
@@ -152,7 +167,7 @@ def save_figure(figure: Any, file: str | Path, dpi: float = 120.0) -> None:
     """
     _take_no_mathematics(figure)
     try:
-        figure.savefig(file, dpi=dpi)
+        figure.savefig(file, dpi=dpi, format=Path(file).suffix[1:].lower() or None)
     except ValueError as error:  # matplotlib lists what endings there are
         raise InvalidRequest("file", f"{file}: cannot be drawn to: {error}") from None
 

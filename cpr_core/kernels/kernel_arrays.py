@@ -180,11 +180,13 @@ class LoadArrays(NamedTuple):
 
 
 def interpolated_loads(first: LoadArrays, last: LoadArrays, fraction: float) -> LoadArrays:
-    """Loads between two."""
+    """Loads between two, or beyond them on the same straight way."""
 
     def between(start: NDArray[Any], end: NDArray[Any]) -> NDArray[Any]:
         if start.dtype.names:
             return between(start.view("f8"), end.view("f8")).view(start.dtype)
         return (1.0 - fraction) * start + fraction * end
 
-    return LoadArrays(*[between(*pair) for pair in zip(first, last, strict=True)])
+    on_rods = np.maximum(first.on_rods, last.on_rods)  # from none to some they go below none
+    between_both = LoadArrays(*[between(*pair) for pair in zip(first, last, strict=True)])
+    return between_both._replace(on_rods=on_rods)

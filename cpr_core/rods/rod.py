@@ -78,16 +78,18 @@ class StrainModes:
         torsion, bending_2, bending_3 = (modes if count else 0 for count in self.counts)
         return replace(self, counts=(torsion, bending_2, bending_3))
 
-    def richer(self, more: int) -> StrainModes:
-        """Modes of which these are combinations: more of them in every direction that has any.
+    def richer(self, more: int, missing: int = 0) -> StrainModes:
+        """Modes of which these are combinations: more of them in every direction.
 
         Args:
-            more: How many; a basis that says itself how many it has is refined instead.
+            more: How many in those that have any; a basis that says itself how many it has is refined.
+            missing: How many in those that have none; 0: they stay without.
         """
         basis = self.basis.refined() if isinstance(self.basis, DescribedBasis) else self.basis
         bounded = getattr(basis, "modes", None)
         torsion, bending_2, bending_3 = (
-            (bounded or count + more) if count else 0 for count in self.counts
+            ((bounded or count + more) if count else (missing and (bounded or missing)))
+            for count in self.counts
         )
         return StrainModes((torsion, bending_2, bending_3), basis)
 

@@ -269,6 +269,8 @@ class _Walker:
                 continue
             else:
                 before, length_before = point, length
+            if not self.past_folds:
+                self._keep_between(point, next_point)
             point, tangent = next_point, next_point.tangent or path.tangent(next_point, tangent)
             self._keep(point, every=self.past_folds)
             arc = min(LONGEST_ARC, 1.5 * arc)
@@ -309,6 +311,16 @@ class _Walker:
         unstable = self.stable_only and high.index > 0
         if limit is not None or unstable or (event.kind == "fold" and not self.past_folds):
             raise _Ended
+
+    def _keep_between(self, point: Point, next_point: Point) -> None:
+        """Keep the points asked for that a step by arc length passes."""
+        while self.keep and point.fraction < self.keep[0] < next_point.fraction:
+            between = self.path.at(point, self.keep[0])
+            if between is None or differ(point, between):
+                between = self.path.at(next_point, self.keep[0])
+                if between is None or differ(between, next_point):
+                    return  # next to where something happens: the next one is kept in its place
+            self._keep(between)
 
     def _keep(self, point: Point, every: bool = False) -> None:
         """Keep a point that was asked for, and tell how far it is."""

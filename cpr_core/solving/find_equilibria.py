@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..blas_threads import on_one_blas_thread
 from ..description.loads import Loads
+from ..errors import InvalidRequest
 from ..kernels.closing_kernel import close_joints
 from ..kernels.kernel_arrays import LoadArrays
 from ..kernels.square_problem import Configuration, Tolerances
@@ -100,6 +101,8 @@ def find_equilibria(
     checked_robot(robot)
     values = checked_vector("motors", motors, robot.motor_count, " ".join(robot.motor_names))
     check_rod_lengths(robot, values)
+    if executor is not None and not isinstance(executor, Executor):
+        raise InvalidRequest("executor", f"expected an Executor, got {executor!r:.200}")
     starts = checked_count("starts", starts, 1, _MOST_STARTS)
     seed = checked_count("seed", seed, 0)
     loads = robot.default_loads if loads is None else loads

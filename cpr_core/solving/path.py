@@ -182,7 +182,7 @@ class Path:
             matrix, _ = self._equations.linearised(point.equilibrium, point.fraction)
             logarithms.append(float(np.linalg.slogdet(matrix)[1]))
         weight = 1.0 / (1.0 + np.exp(min(700.0, logarithms[1] - logarithms[0])))
-        return low.fraction + weight * (high.fraction - low.fraction)
+        return float(low.fraction + weight * (high.fraction - low.fraction))
 
     @on_one_blas_thread
     def singular_values(self, point: Point) -> Floats:
@@ -301,7 +301,7 @@ class Path:
         else:
             sign = self._equations.sign(equilibrium)
         return Point(
-            fraction=fraction,
+            fraction=float(fraction),
             equilibrium=equilibrium,
             index=index,
             sign=sign,

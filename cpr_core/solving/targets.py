@@ -263,7 +263,7 @@ class PoseTarget:
     def _angles_between(self, start: Equilibrium, fraction: float, rotation: Floats) -> Floats:
         """The controlled angles on the short way, the others as they are."""
         turned = roll_pitch_yaw(self.rotation)
-        if fraction < 1.0:
+        if fraction != 1.0:  # beyond the end as well: walks by arc length step over it
             first = roll_pitch_yaw(start.platform_rotation)
             turn = turned - first
             turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))

@@ -74,22 +74,26 @@ class Trace(ReadOnlyArrays):
     @cached_array
     def motors(self) -> Floats:
         """Motor positions, (P, n) [rad or m]."""
-        return np.array([equilibrium.motors for equilibrium in self.equilibria])
+        return self._rows(
+            [equilibrium.motors for equilibrium in self.equilibria], self.robot.motor_count
+        )
 
     @cached_array
     def efforts(self) -> Floats:
         """Motor efforts, (P, n) [N m or N]."""
-        return np.array([equilibrium.efforts for equilibrium in self.equilibria])
+        return self._rows(
+            [equilibrium.efforts for equilibrium in self.equilibria], self.robot.motor_count
+        )
 
     @cached_array
     def platform_positions(self) -> Floats:
         """Platform positions, (P, 3) [m]."""
-        return np.array([equilibrium.platform_position for equilibrium in self.equilibria])
+        return self._rows([equilibrium.platform_position for equilibrium in self.equilibria], 3)
 
     @cached_array
     def platform_quaternions(self) -> Floats:
         """Platform orientations w x y z, (P, 4), without jumps of sign."""
-        found = np.array([equilibrium.platform_quaternion for equilibrium in self.equilibria])
+        found = self._rows([equilibrium.platform_quaternion for equilibrium in self.equilibria], 4)
         turns = np.sign(np.sum(found[1:] * found[:-1], axis=1))
         found[1:] *= np.cumprod(np.where(turns == 0.0, 1.0, turns))[:, None]
         return found
@@ -102,9 +106,8 @@ class Trace(ReadOnlyArrays):
     @cached_array
     def eigenvalues_locked(self) -> Floats:
         """Up to six smallest eigenvalues of H_r with the motors held, ascending, (P, k) [J]."""
-        return np.array(
-            [equilibrium.spectrum_locked.eigenvalues[:6] for equilibrium in self.equilibria]
-        )
+        found = [equilibrium.spectrum_locked.eigenvalues[:6] for equilibrium in self.equilibria]
+        return self._rows(found, len(found[0]) if found else 0)
 
     @cached_array
     def indices_locked(self) -> NDArray[np.int64]:
@@ -119,7 +122,14 @@ class Trace(ReadOnlyArrays):
     @cached_array
     def bending_strains(self) -> Floats:
         """Largest bending strain of every rod, (P, R), see `bending_strains`."""
-        return np.array([bending_strains(equilibrium) for equilibrium in self.equilibria])
+        return self._rows(
+            [bending_strains(equilibrium) for equilibrium in self.equilibria],
+            len(self.robot.description.rods),
+        )
+
+    def _rows(self, found: list[Floats], width: int) -> Floats:
+        """What every equilibrium has, (P, width), also where none was reached."""
+        return np.array(found, np.float64).reshape(len(found), width)
 
 
 def trace(

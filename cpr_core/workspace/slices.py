@@ -76,12 +76,15 @@ def pose_grid(
     index = np.array([_PLACES[name] for name in names])
     imposed = _Imposed("pose", names, units, orientation, index)
     grid = _grid(imposed, asked)
-    _check_angles(grid)
+    _check_angles(grid, single=orientation is Orientation.SINGLE_ANGLES)
     return grid
 
 
-def _check_angles(grid: Grid) -> None:
-    """Whether angles of the poses are in radians: degrees would be mapped, whole turns less."""
+def _check_angles(grid: Grid, single: bool) -> None:
+    """Whether angles of the poses are in radians: degrees would be mapped, whole turns less.
+
+    Where angles are controlled one by one, a pitch beyond pi/2 would be that of other angles.
+    """
     ends = grid.origin[None, :].repeat(2, axis=0)  # the lowest and the highest
     for values, direction in zip(grid.values, grid.directions, strict=True):
         ends += np.sort(values[[0, -1], None] * direction, axis=0)
@@ -89,6 +92,10 @@ def _check_angles(grid: Grid) -> None:
         for value in both if unit == "rad" else ():
             if doubt := degrees_doubt(name, value):
                 raise InvalidRequest("grid", doubt)
+            if single and name == "pitch" and abs(value) > 0.5 * math.pi:
+                raise InvalidRequest(
+                    "grid", f"expected a pitch of at most pi/2 rad, got {value:g} rad"
+                )
 
 
 def motor_grid(
@@ -217,6 +224,8 @@ def _grid(imposed: _Imposed, asked: _Asked) -> Grid:
         raise InvalidRequest("grid", f"expected at least two axes, got {len(vary)}")
     for name in asked.resolution if isinstance(asked.resolution, Mapping) else ():
         checked_word("resolution", name, tuple(vary))
+    for name in asked.directions:
+        checked_word("directions", name, tuple(vary))
     origin, rows, axis_units = np.zeros(len(names)), [], []
     for name, value in asked.held.items():
         origin[_place_of(name, names)] = _finite(name, value)

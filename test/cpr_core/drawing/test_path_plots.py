@@ -4,9 +4,10 @@
 """Pictures of paths."""
 
 import numpy as np
+import pytest
 import yaml
 
-from cpr_core import find_equilibria, load_robot, solve_home, trace
+from cpr_core import InvalidRequest, find_equilibria, load_robot, solve_home, trace, trace_through
 from cpr_core.description.description_file import shipped_robots
 from cpr_core.drawing import path_plots
 from cpr_core.drawing.map_plots import plot_map
@@ -38,6 +39,35 @@ def test_a_path_that_was_stopped_is_drawn_up_to_where(monkeypatch, tmp_path):
     reached = trace(load_robot("rfrfr"), motors=[2.6, 0.56], points=5)
     path_plots.plot_trace(reached, tmp_path / "picture.png")
     np.testing.assert_array_equal(figures[1].axes[2].lines[0].get_xdata(), reached.fractions)
+
+
+def test_events_of_a_way_past_folds_are_marked_at_their_steps(monkeypatch, tmp_path):
+    """There were no marks."""
+    figures = []
+    monkeypatch.setattr(path_plots, "save_figure", lambda figure, _: figures.append(figure))
+    found = trace(load_robot("rfrfr"), motors=[50.0, 0.55], past_folds=True)
+    assert len(found.events) > 2
+    path_plots.plot_trace(found, tmp_path / "picture.png")
+    eigenvalues = figures[0].axes[3]
+    markers = [line for line in eigenvalues.lines if line.get_marker() != "None"]
+    assert len(markers) == len(found.events)
+    steps = [int(line.get_xdata()[0]) for line in markers]
+    assert steps == sorted(steps)
+    for step, event in zip(steps, found.events, strict=True):
+        near = found.fractions[max(0, step - 1) : step + 2]
+        assert near.min() - 1e-3 <= event.fraction <= near.max() + 1e-3
+
+
+def test_a_trace_of_nothing_is_drawn_where_it_was_stopped(tmp_path):
+    found = trace_through(load_robot("planar_body"), motors=[[2.0, 0.5, 0.5]])
+    assert not found.equilibria
+    path_plots.plot_trace(found, tmp_path / "picture.PNG")
+    assert (tmp_path / "picture.PNG").read_bytes()[1:4] == b"PNG"
+
+
+def test_a_picture_of_no_equilibrium_is_refused(tmp_path):
+    with pytest.raises(InvalidRequest, match="at least one equilibrium"):
+        path_plots.plot_equilibria([], tmp_path / "picture.png")
 
 
 def test_names_are_drawn_as_they_are_written(tmp_path):

@@ -58,6 +58,19 @@ def test_the_end_of_a_way_is_where_the_way_leads(name):
     np.testing.assert_allclose(end, before, atol=1e-8)
 
 
+@pytest.mark.parametrize("fraction", [-1e-3, 1.0 + 1e-5, 1.5])
+@pytest.mark.parametrize("name", CONTROLLED)
+def test_ways_go_straight_on_beyond_their_ends(name, fraction):
+    """Single angles stayed at the end: walks by arc length, which step over it, were lost next to it."""
+    home = solve_home(robot_with(name))
+    change = 0.02 * np.cos(np.arange(len(home.pose)))
+    if "orientation" in CONTROLLED[name]:
+        change[3:] = 0.0  # no turn
+    target = target_of(home, "pose", home.pose + change)
+    beyond = target_of(home, "pose", home.pose + fraction * change)
+    np.testing.assert_allclose(target.given(home, fraction), beyond.given(home), atol=1e-12)
+
+
 @pytest.mark.parametrize("fraction", [0.5, 1.0])
 def test_angles_that_are_not_controlled_are_those_near_by(fraction):
     robot = robot_with("three_rfs")

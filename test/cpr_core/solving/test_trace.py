@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 import pytest
 from helpers.turntable import turntable
+from helpers.yaml_content import shipped_content
 
 from benchmarks.robustness import distance
 from cpr_core import (
@@ -17,6 +18,7 @@ from cpr_core import (
     solve_forward,
     solve_home,
     solve_inverse,
+    trace_through,
 )
 from cpr_core.solving.trace import trace
 
@@ -101,6 +103,70 @@ def test_folds_are_passed_where_asked():
         force = equilibrium.loads.wrench_world[4]
         assert np.abs(equilibrium.motors - start.motors).max() < 1e-12
         assert -2.0 * critical <= force <= 0.0
+
+
+@pytest.mark.parametrize("name", ["three_rfs", "three_prs"])
+def test_ways_of_angles_are_reached_where_folds_are_passed_too(name):
+    """One in forty was."""
+    robot = load_robot(name)
+    home = solve_home(robot)
+    for change in np.random.default_rng(0).uniform(-1.0, 1.0, (8, 3)) * [0.02, 0.15, 0.15]:
+        plain = trace(robot, pose=home.pose + change, points=2)
+        past = trace(robot, pose=home.pose + change, points=2, past_folds=True)
+        assert past.reached == plain.reached
+        if plain.reached:
+            assert distance(past.last, plain.last) < 1e-7
+
+
+@pytest.mark.parametrize("name", ["rfrfr", "six_rfs"])
+def test_gravity_may_begin_and_end_on_ways_past_folds(name):
+    """Beside the ends of a way from none, or to none, it was dropped with all loads on rods."""
+    robot = load_robot(name)
+    home = solve_home(robot)
+    assert not np.any(home.loads.gravity)
+    for gravity in np.random.default_rng(1).normal(0.0, 3.0, (5, 3)):
+        heavy = home.loads.with_(gravity=gravity * ([1, 1, 0] if robot.planar else 1))
+        plain = trace(robot, loads=heavy, points=2)
+        past = trace(robot, loads=heavy, past_folds=True)
+        assert plain.reached and past.reached
+        assert distance(past.last, plain.last) < 1e-7
+        assert trace(robot, start=plain.last, loads=home.loads, past_folds=True).reached
+
+
+@pytest.mark.parametrize("points", [51, 501])
+def test_points_are_kept_where_a_walk_goes_by_arc_length_too(points):
+    """Past the buckling of a column one stood at another fraction, for all that were passed."""
+    content = shipped_content("planar_body")
+    (leg, *_) = content["legs"]
+    leg |= {"base": {"position": [0, 0, 0], "tangent": [1, 0, 0]}}
+    leg |= {"motor": {"type": "revolute", "axis": [0, 0, 1]}}
+    leg |= {"tip": {"type": "fixed", "position": [0, 0, 0], "tangent": [1, 0, 0]}}
+    content |= {"legs": [leg], "controlled": ["angle"], "strain": {"bending_3": 8}}
+    content |= {
+        "home": {"motors": [0.0], "platform": {"position": [content["rod"]["length"], 0, 0]}}
+    }
+    robot = load_robot(content)
+    (rod,) = robot.description.rods
+    euler = np.pi**2 * rod.rod.rigidities[2] / (4.0 * rod.rod.length**2)
+    push = solve_home(robot).loads.with_(wrench_world=[0, 0, 0, -2.01 * euler, 0, 0])
+    found = trace(robot, loads=push, points=points)
+    assert found.reached and [event.kind for event in found.events] == ["bifurcation"]
+    assert found.events[0].fraction == pytest.approx(1.0 / 2.01, abs=1e-6)
+    assert type(found.events[0].fraction) is float
+    np.testing.assert_allclose(found.fractions, np.linspace(0.0, 1.0, points), atol=1e-12)
+    for fraction, equilibrium in zip(found.fractions, found.equilibria, strict=True):
+        force = equilibrium.loads.wrench_world[3]
+        assert force == pytest.approx(-2.01 * fraction * euler, rel=1e-9)
+
+
+def test_a_trace_of_nothing_has_rows_of_nothing():
+    robot = load_robot("planar_body")
+    found = trace_through(robot, motors=[[2.0, 0.5, 0.5], [2.1, 0.5, 0.5]])
+    assert found.stopped.kind == "motor_limit" and not found.equilibria
+    assert found.motors.shape == found.efforts.shape == found.bending_strains.shape == (0, 3)
+    assert found.platform_positions.shape == (0, 3)
+    assert found.platform_quaternions.shape == (0, 4)
+    assert len(found.eigenvalues_locked) == len(found.energies) == len(found.indices_free) == 0
 
 
 def test_progress_is_told():

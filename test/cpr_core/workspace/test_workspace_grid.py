@@ -251,6 +251,27 @@ def test_places_and_cells_that_a_grid_cannot_have_are_refused(question, value):
         getattr(grid, question)(value)
 
 
+def test_a_pitch_beyond_a_quarter_turn_is_refused_where_it_is_controlled_alone():
+    """Cells had another pitch than their labels said, and were usable."""
+    robot = load_robot("three_rfs")
+    z = float(solve_home(robot).pose[0])
+    for vary, held in (
+        ({"pitch": [0.0, 1.6], "roll": [0.0, 0.1]}, {"z": z}),
+        ({"z": [z, z + 0.1], "roll": [0.0, 0.1]}, {"pitch": -1.6}),
+    ):
+        with pytest.raises(InvalidRequest, match=r"a pitch of at most pi/2 rad, got -?1\.6"):
+            pose_grid(robot, vary, held)
+    pose_grid(robot, {"pitch": [0.0, 0.5 * np.pi], "roll": [0.0, 2.0]}, {"z": z})
+    whole = {"pitch": [0.0, 1.6], "roll": [0.0, 0.1]}
+    place = dict(zip("xyz", solve_home(six_rfs()).platform_position, strict=True))
+    pose_grid(six_rfs(), whole, place | {"yaw": 0.0})
+
+
+def test_directions_of_no_axis_are_refused():
+    with pytest.raises(InvalidRequest, match=r"directions: expected .*got 'unused'"):
+        pose_grid(rfrfr(), AXES, directions={"unused": {"x": 1.0}})
+
+
 def test_angles_are_looked_at_where_several_axes_turn_the_platform():
     turned = {"s": {"phi": 1.0, "x": 0.01}, "t": {"phi": -1.0, "y": 0.01}}
     for ends, refused in (([-5.0, 0.0], True), ([0.0, 5.0], False)):
