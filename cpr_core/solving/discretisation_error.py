@@ -37,8 +37,8 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-#: So many more modes tell the error, in every direction: with one more, that of rods whose strain is even or odd along them
-#: would not be seen; with two, those of rods bent in waves may cancel at the platform.
+#: So many more modes in every direction tell the error: with one more, that of rods whose strain is even
+#: or odd along them would not be seen; with two, those of rods bent in waves may cancel at the platform.
 MORE_MODES = 4
 
 
@@ -97,10 +97,10 @@ class DiscretisationError:
 def error_of(equilibrium: Equilibrium, problem: ProblemName = "motors") -> DiscretisationError:
     """Estimate how far an equilibrium is from that of continuous rods.
 
-    One step of Newton's method in a space with four more modes in every direction, in space also in those
-    that have none (twice as many where the stiffness varies along a rod, as many as its curvature at rest
-    has; B-splines: a knot more in every interval) and the nodes that it needs, from the equilibrium as it
-    is. What is below 1e-10 m is rounding of the solution itself.
+    One step of Newton's method in a space with four more modes in every direction, in space also in
+    those that have none (twice as many where the stiffness varies along a rod, as many as its curvature
+    at rest has; B-splines: a knot more in every interval) and the nodes that it needs, from the
+    equilibrium as it is. What is below 1e-10 m is rounding of the solution itself.
 
     Args:
         equilibrium: Any equilibrium.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..description.robot_description import HomeGuess
 from ..errors import DescriptionWarning
-from ..lie import rotation_log
+from ..lie import roll_pitch_yaw, rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.shape import LegShape, leg_shapes
 
@@ -25,6 +25,8 @@ _ROUGH = 0.5
 #: Angle from the rough orientation to the home found that is no roughness any more, and angle by which
 #: nobody mounts a rod wound [rad].
 _ROUGH_TURN, _WOUND = 0.5, 1.0
+#: Pitch from which on the axes of roll and yaw are hardly apart [rad].
+_STEEP = 1.2
 #: Points of a rod whose mean tells to which side it bows, and how far they stand out on the other side,
 #: in distances between the ends, for that to be told.
 _BOW_POINTS, _OTHER_SIDE = 9, 0.02
@@ -41,11 +43,12 @@ def doubt_home(guess: HomeGuess, unloaded: Equilibrium, home: Equilibrium) -> No
         home: Home.
 
     Warns:
-        DescriptionWarning: It is far from the rough pose of the platform, or rods bow to the other side
-            or are wound there.
+        DescriptionWarning: It is far from the rough pose of the platform, single angles that are
+            controlled are hardly angles there, or rods bow to the other side or are wound.
     """
     _doubt_distance(guess, home)
     _doubt_turn(guess, home)
+    _doubt_angles(home)
     if guess.strain is None:  # else somebody knows how rods are bent and wound
         _doubt_sides(guess, unloaded)
         _doubt_winding(unloaded)
@@ -78,6 +81,22 @@ def _doubt_turn(guess: HomeGuess, home: Equilibrium) -> None:
             f"{description.source}: home.platform.quaternion_wxyz: the home equilibrium "
             f"found is turned by {turn:.3g} rad from there, to ({quaternion}): check {_DIRECTIONS}; "
             "or give a better quaternion, or none",
+            DescriptionWarning,
+            stacklevel=3,
+        )
+
+
+def _doubt_angles(home: Equilibrium) -> None:
+    """Whether angles that are controlled one by one tell turns apart: not at a pitch of pi/2."""
+    robot = home.robot
+    if not robot.controls_angles:
+        return
+    pitch = float(roll_pitch_yaw(home.platform_rotation)[1])
+    if abs(pitch) > _STEEP:
+        warnings.warn(
+            f"{robot.description.source}: controlled: at home the platform has a pitch of {pitch:.3g} "
+            "rad: near pi/2 roll and yaw turn it about the same axis, and some turns are told by none "
+            "of the angles; turn the platform's frame, or control its orientation",
             DescriptionWarning,
             stacklevel=3,
         )

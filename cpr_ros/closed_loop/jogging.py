@@ -118,7 +118,9 @@ class Jogger:
             now: Steady time [s].
         """
         goal = self._goal
-        elapsed, self._last = min(self._period, max(0.0, now - self._last)), now
+        # Ticks may be farther apart than a twist is obeyed.
+        longest = min(self._period, self.watchdog.timeout or self._period)
+        elapsed, self._last = min(longest, max(0.0, now - self._last)), now
         if equilibrium is self._from and not arrived:
             # It did not move: what is asked of it again need not be solved again.
             elapsed = max(elapsed, self._elapsed)

@@ -17,25 +17,28 @@ __all__ = ["BESIDE", "within_range"]
 BESIDE = 1e-3
 
 
-def within_range(robot: Robot, measured: ArrayLike) -> tuple[NDArray[np.float64], str]:
+def within_range(
+    robot: Robot, motors: ArrayLike, known: str = "is measured at"
+) -> tuple[NDArray[np.float64], str]:
     """Measured motors, those a little beyond the end of their range on it; what is farther, in words.
 
     Args:
         robot: The robot.
-        measured: (n,) [rad or m].
+        motors: (n,) [rad or m].
+        known: How it is known where they are, in words.
 
     Returns:
         Motors, (n,), and which of them are farther beyond; empty if none is.
     """
-    motors, beyond = np.array(measured, float), list[str]()
+    within, beyond = np.array(motors, float), list[str]()
     for number, motor in robot.limited_motors:
-        limits, at = motor.limits, float(motors[number])
+        limits, at = motor.limits, float(within[number])
         end = min(max(at, limits.lower), limits.upper)
         if abs(at - end) <= BESIDE * robot.motor_units[number]:
-            motors[number] = end
+            within[number] = end
         else:
             told, lower, upper = distinct(at, limits.lower, limits.upper)
             beyond.append(
-                f"{motor.name} is measured at {told} {motor.unit}, beyond its range [{lower}, {upper}]"
+                f"{motor.name} {known} {told} {motor.unit}, beyond its range [{lower}, {upper}]"
             )
-    return motors, ", ".join(beyond)
+    return within, ", ".join(beyond)

@@ -134,11 +134,11 @@ class Verdict:
 
 
 def slowed_where_unseen(told: Verdict, unseen: str) -> Verdict:
-    """What is told of a robot that is to be measured and is not: to be slow at least.
+    """What is told of a robot that may be elsewhere, not measured or held there: to be slow at least.
 
     Args:
         told: Of what the model knows.
-        unseen: What is not measured, in words; empty: nothing is missing.
+        unseen: What is not measured, or where it is, in words; empty: nothing is missing.
     """
     if not unseen or told.action == Action.HALT:
         return told

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from cpr_msgs.action import MoveTo
 from cpr_msgs.msg import ErrorCode
+from geometry_msgs.msg import PoseStamped
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
@@ -49,6 +50,7 @@ def goal_of(session: Session, request: MoveTo.Goal, frames: Frames) -> MotorGoal
     """
     robot = session.robot
     if request.given == MoveTo.Goal.GIVEN_POSE:
+        _check_filled(request)
         pose = pose_from_message(robot, request.platform, [], frames, "platform.")
         return PoseGoal(robot, pose)
     if request.given != MoveTo.Goal.GIVEN_MOTORS:
@@ -66,6 +68,25 @@ def goal_of(session: Session, request: MoveTo.Goal, frames: Frames) -> MotorGoal
             f"the nearest within it is {goal.motors.tolist()}" + (f"; {doubt}" if doubt else ""),
         )
     return goal
+
+
+def _check_filled(request: MoveTo.Goal) -> None:
+    """Whether a pose was given: it is what a goal of which nobody has filled anything says it is.
+
+    Raises:
+        InvalidRequest: It was not.
+    """
+    if request.motors.name or request.motors.position:
+        raise InvalidRequest(
+            "given",
+            "expected no motors with GIVEN_POSE, which is 0, the default: or GIVEN_MOTORS, 1",
+        )
+    if request.platform == PoseStamped():
+        raise InvalidRequest(
+            "platform",
+            "expected a pose, got none: it is as in an empty goal; one to the origin of the base names "
+            "its frame too",
+        )
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,8 @@ class Announcements:
             return ""
         if state == State.PAUSED:
             return "paused: holds, and takes no setpoints"
+        if before == State.PAUSED and state == State.ALIGNING:
+            return "released: commands go on to where the node has the robot"
         if before == State.PAUSED:
             return "released: takes setpoints again"
         if state == State.RETURNING and not known:

@@ -124,7 +124,14 @@ class Orders:
             self.present.be(State.PAUSED)
         elif self.present.outcome.state == State.PAUSED:
             self.present.rest()
-        return "paused, the setpoint is forgotten" if paused else "waiting for a setpoint"
+        if paused:
+            held = self.outgoing.held_on_the_way
+            return "paused, the setpoint is forgotten" + (f"; {held}" if held else "")
+        way = self.outgoing.on_the_way
+        if way:
+            speed = self.follower.settings.max_speed
+            return f"commands go on, at {speed:g} rad/s or rod lengths/s at most: {way}"
+        return "waiting for a setpoint"
 
     def reset(self) -> str:
         """Go home; says what was done.

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cpr_core.errors import distinct
+
 from ..following.measured_motors import MeasuredMotors
 from ..following.motor_commands import MotorCommands
 from ..following.motor_tracking import MotorTracking
@@ -63,6 +65,33 @@ class Outgoing:
     def aligned(self) -> bool:
         """Whether the motors have been sent where the node has the robot."""
         return self.commands.aligned_with(self.solver.current.equilibrium.motors)
+
+    @property
+    def on_the_way(self) -> str:
+        """From where to where commands are on their way, in words; empty: they are where it is."""
+        last = self.commands.newest
+        if self.tracking is not None or last is None or self.aligned:
+            return ""
+        targets = self.solver.current.equilibrium.motors
+        ways = []
+        for motor, sent, target in zip(
+            self.solver.robot.description.motors, last.tolist(), targets.tolist(), strict=True
+        ):
+            if sent != target:
+                begin, end = distinct(sent, target)
+                ways.append(f"{motor.name} from {begin} to {end} {motor.unit}")
+        return ", ".join(ways)
+
+    @property
+    def held_on_the_way(self) -> str:
+        """That a pause holds commands on their way, in words; empty: it does not."""
+        way = self.on_the_way if self.follower.paused else ""
+        if not way:
+            return ""
+        return (
+            f"the motors are not where the node has the robot: commands are held on their way, {way}; "
+            "~/pause false lets them go on"
+        )
 
     @property
     def waits(self) -> bool:

@@ -307,8 +307,9 @@ class Session:
         return KnownPlace(equilibrium, motors, measured=True)
 
     def verdict(self, now: float) -> Verdict:
-        """What is told of the last tick; of a robot that is not seen, at least to be slow."""
-        return slowed_where_unseen(self.present.outcome.verdict, self.senses.unseen(now))
+        """What is told of the last tick; of a robot that may be elsewhere, at least to be slow."""
+        elsewhere = self.outgoing.held_on_the_way or self.senses.unseen(now)
+        return slowed_where_unseen(self.present.outcome.verdict, elsewhere)
 
     def loop_status(self, now: float) -> LoopStatus:
         """Whether the measured pose corrects the setpoint."""

@@ -188,7 +188,9 @@ def begin_at_commands(session: Session, commands: Floats) -> str:
     """
     begin = time.perf_counter()
     try:
-        found = _stable_at(solve_home(session.robot), _within_range(session, commands))
+        found = _stable_at(
+            solve_home(session.robot), _within_range(session, commands, "was sent to")
+        )
     except NotReached as error:
         raise CprError(
             f"the last commands, under another description, were {_words(commands)}, "
@@ -201,15 +203,18 @@ def begin_at_commands(session: Session, commands: Floats) -> str:
     )
 
 
-def _within_range(session: Session, motors: Floats) -> Floats:
+def _within_range(session: Session, motors: Floats, known: str = "is measured at") -> Floats:
     """Motors, (n,), within their ranges, which rounding may have left.
 
     Raises:
         CprError: One is beyond.
     """
-    within, beyond = within_range(session.robot, motors)
+    within, beyond = within_range(session.robot, motors, known)
     if beyond:
-        raise CprError(f"no place to begin: {beyond}")
+        raise CprError(
+            f"no place to begin: {beyond}; bring it back, or with start_from:=home have commands lead "
+            "back from there, when ~/pause false lets them"
+        )
     return within
 
 

@@ -344,6 +344,26 @@ def test_a_rod_that_bows_to_the_other_side_is_told(name, bow, told):
     assert distance(solve_home(load_robot(name)), home) < 1e-7
 
 
+@pytest.mark.parametrize("name", ["three_prs", "three_rfs"])
+def test_angles_that_are_none_at_home_are_told(name):
+    """Twists about an axis across both were lost, and the closed loop froze."""
+    content = shipped_content(name)
+    for leg in content["legs"]:
+        x, y, z = leg["tip"]["position"]
+        leg["tip"]["position"] = [z, y, -x]  # x of the platform's frame is its normal
+    content["home"] = {
+        key: content["home"][key] for key in ("motors", "bow") if key in content["home"]
+    }
+    if "bow" not in content["home"]:
+        place = solve_home(load_robot(name)).platform_position.tolist()
+        content["home"]["platform"] = {"position": place}
+    with pytest.warns(DescriptionWarning, match=r"controlled: at home .* pitch of -?1\.57 rad"):
+        home = solve_home(load_robot(content))
+    np.testing.assert_allclose(
+        home.platform_position, solve_home(load_robot(name)).platform_position, atol=1e-9
+    )
+
+
 @pytest.mark.filterwarnings("error::cpr_core.DescriptionWarning")
 @pytest.mark.parametrize("name", shipped_robots())
 def test_no_shipped_robot_is_warned_of_at_home(name):

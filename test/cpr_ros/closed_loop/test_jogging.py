@@ -123,6 +123,18 @@ def test_a_robot_that_does_not_move_is_asked_for_the_same_whenever_ticks_come():
     np.testing.assert_allclose(goal.pose - home.pose, [0.0, -0.2 * PERIOD], rtol=1e-6)
 
 
+@pytest.mark.parametrize("period", [0.005, 0.5, 1.0])
+def test_a_twist_goes_no_farther_than_it_is_obeyed_whatever_the_ticks(period):
+    """The first tick of a slow node took a whole period at once."""
+    home = solve_home(robot("rfrfr"))
+    jogger = Jogger(home.robot, period, PoseLoop(home.robot, period, live().loop), 0.25)
+    goal = jogger.begin(home, 0.0)
+    jogger.take(twisted(linear=(0.02, 0.0, 0.0)), max(0.0, period - 0.1))
+    for number in range(1, round(3.0 / period)):
+        jogger.advance(home, True, number * period)
+    assert 0.0 < goal.pose[0] - home.pose[0] <= 0.02 * (0.25 + 0.005)
+
+
 def test_a_twist_that_is_too_fast_goes_straight_at_the_speed_of_the_motors(planar):
     first = planar.model.pose
     planar.jog(twisted(linear=(3.0, -4.0, 0.0)), 0.3)

@@ -10,13 +10,17 @@ import numpy as np
 import pytest
 from cpr_msgs.action import MoveTo
 from cpr_msgs.msg import ErrorCode
+from geometry_msgs.msg import PoseStamped
 from helpers.closed_loop import FRAMES, PERIOD, ClosedLoop, live
 from helpers.session_bench import ticked
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
+from cpr_core import InvalidRequest
+from cpr_ros.following.goals import PoseGoal
 from cpr_ros.following.moved_by_others import SETTLING
 from cpr_ros.following.supervision import State
-from cpr_ros.interface.move_action import MoveAction
+from cpr_ros.interface.move_action import MoveAction, goal_of
 from cpr_ros.operation.between_ticks import BetweenTicks
 from cpr_ros.operation.live_changes import apply_live
 from cpr_ros.operation.starting_place import begin_at, begin_at_measured
@@ -49,6 +53,26 @@ def test_out_of_patience_it_holds_commands_that_a_wrench_held_back(bare_node, mo
     assert [result.error_code.val for result in results] == [ErrorCode.CONTROL_FAILED]
     assert states[-1] == State.PAUSED
     assert all(command is None for command in commands)
+
+
+@pytest.mark.parametrize(
+    ("filled", "field", "words"),
+    [
+        ({}, "platform", "expected a pose, got none"),
+        ({"motors": JointState(name=["motor1"])}, "given", "or GIVEN_MOTORS, 1"),
+        ({"motors": JointState(position=[2.6, 0.5])}, "given", "or GIVEN_MOTORS, 1"),
+    ],
+)
+def test_a_goal_that_does_not_say_what_it_is_is_refused(filled, field, words):
+    """GIVEN_POSE is what nobody has written: it went to the origin of the world, up to a limit."""
+    with pytest.raises(InvalidRequest, match=f"{field}: .*{words}"):
+        goal_of(ClosedLoop("rfrfr").session, MoveTo.Goal(**filled), FRAMES)
+
+
+def test_the_origin_is_a_pose_where_its_frame_is_named():
+    request = MoveTo.Goal(platform=PoseStamped(header=Header(frame_id=FRAMES.base)))
+    goal = goal_of(ClosedLoop("rfrfr").session, request, FRAMES)
+    assert isinstance(goal, PoseGoal)
 
 
 class Machine:

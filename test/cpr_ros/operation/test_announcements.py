@@ -170,6 +170,14 @@ def test_pauses_and_returns_are_said_once(log):
     ]
 
 
+def test_a_release_that_lets_commands_go_on_is_said_to(log):
+    """It was said to take setpoints, and the robot drove off."""
+    log.ticks(5, State.PAUSED, FREE)
+    log.ticks(5, State.ALIGNING, FREE)
+    log.ticks(5, State.IDLE, FREE)
+    assert log.informations[1:] == ["released: commands go on to where the node has the robot"]
+
+
 def test_a_halted_robot_that_is_sent_home_is_said_to_be_on_its_way(log):
     """It was not: only a tick at which it was idle in between made a way home of it."""
     log.ticks(5, State.HALTED, HALT)

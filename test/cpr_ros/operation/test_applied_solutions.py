@@ -17,7 +17,7 @@ from helpers.session_bench import Bench, apply, commanded, still, stop
 from cpr_core import solve_forward
 from cpr_ros.error_codes import RequestError
 from cpr_ros.following.goals import MotorGoal
-from cpr_ros.following.supervision import State
+from cpr_ros.following.supervision import Action, State
 from cpr_ros.operation.kept_state import KeptState
 from cpr_ros.operation.starting_place import HELD, begin_at_last
 
@@ -41,6 +41,31 @@ def test_another_solution_takes_the_place_of_one_that_commands_are_on_their_way_
     np.testing.assert_array_equal(bench.commands[-1], held)
     where, expected = session.solver.current.equilibrium, solve_forward(session.robot, held)
     np.testing.assert_allclose(where.platform_position, expected.platform_position, atol=1e-9)
+
+
+def test_a_pause_on_the_way_tells_that_the_motors_are_elsewhere_and_a_release_where_they_go(bench):
+    """The stream said stable and NONE, the release that a setpoint was waited for: motors drove off."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    assert session.orders.pause(True) == "paused, the setpoint is forgotten"
+    assert session.orders.pause(False) == "waiting for a setpoint"
+    commanded(session, home.motors)
+    apply(session, 2.7, 0.5)
+    for _ in range(5):
+        assert bench.tick().state == State.ALIGNING
+    words = "the motors are not where the node has the robot: commands are held on their way"
+    answer = session.orders.pause(True)
+    assert answer.startswith(f"paused, the setpoint is forgotten; {words}, motor1 from ")
+    assert answer.endswith(" rad; ~/pause false lets them go on")
+    for _ in range(3):
+        bench.tick()
+        told = session.verdict(bench.now)
+        assert told.action == Action.SLOW and words in told.text
+    answer = session.orders.pause(False)
+    assert answer.startswith("commands go on, at 1 rad/s or rod lengths/s at most: motor1 from ")
+    assert " to 2.7 rad, motor2 from " in answer
+    while bench.tick().state == State.ALIGNING:
+        assert words not in session.verdict(bench.now).text
+    np.testing.assert_array_equal(bench.commands[-1], [2.7, 0.5])
 
 
 def test_a_solution_of_another_branch_is_applied_only_where_the_motors_are(bench):
