@@ -25,6 +25,7 @@ __all__ = [
     "not_negative",
     "number",
     "picture",
+    "real",
 ]
 
 _PI = re.compile(r"^([+-]?\d*\.?\d*)\*?pi(?:/(\d+\.?\d*))?$")
@@ -43,6 +44,14 @@ def number(text: str) -> float:
         return finite(str(float(factor) * math.pi / float(divisor or 1)))
     except (ValueError, ZeroDivisionError, argparse.ArgumentTypeError):
         raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r:.100}") from None
+
+
+def real(text: str) -> float:
+    """Any number, or a multiple of pi; what is not finite is told by who knows what it is."""
+    try:
+        return number(text) if _PI.match(text) else float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number, got {text!r:.100}") from None
 
 
 def finite(text: str) -> float:
@@ -111,7 +120,7 @@ def new_file(text: str) -> Path:
 
 def picture(text: str) -> Path:
     """A file that can be drawn to."""
-    if Path(text).suffix not in (".png", ".svg", ".pdf"):
+    if Path(text).suffix.lower() not in (".png", ".svg", ".pdf"):
         raise argparse.ArgumentTypeError(
             f"expected a name ending in .png, .svg or .pdf, got {text!r}"
         )

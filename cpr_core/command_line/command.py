@@ -29,7 +29,7 @@ from ..solving.home import solve_home
 from ..solving.load_robot import load_robot
 from ..version import __version__
 from .answer import Answer
-from .argument_types import check_files, count, length
+from .argument_types import check_files, count, length, real
 from .calibration_commands import add_calibrate_options, add_measure_options
 from .compile_command import compile_all, show_compilation
 from .modes_command import add_modes_options
@@ -50,7 +50,9 @@ from .workspace_commands import add_workspace_options
 
 __all__ = ["command_parser", "main"]
 
-_NEGATIVE_NUMBER = re.compile(r"^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|^-(inf|nan)$", re.IGNORECASE)
+_NEGATIVE_NUMBER = re.compile(
+    r"^-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$|^-(inf|nan)$|^-[\d.]*\*?pi(/[\d.]+)?$", re.IGNORECASE
+)
 
 Report = Callable[[Equilibrium, argparse.Namespace], str]
 AddOptions = Callable[[argparse.ArgumentParser], None]
@@ -159,7 +161,7 @@ def command_parser() -> argparse.ArgumentParser:
 
 def _add_forward(parser: argparse.ArgumentParser) -> None:
     _add_common(parser, _report_equilibrium)
-    _add_motors(parser, required=True)
+    _add_motors(parser)
     _add_error(parser)
 
 
@@ -215,15 +217,14 @@ def _add_place(parser: argparse.ArgumentParser) -> None:
     _add_pose(place)
 
 
-def _add_motors(parser: argparse._ActionsContainer, required: bool = False) -> None:
+def _add_motors(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--motors",
         nargs="+",
-        type=float,
-        required=required,
+        type=real,
         metavar="Q",
-        help="motor positions in the order of the motors, rad (extensible and prismatic ones: m)"
-        + ("" if required else "; else home"),
+        help="motor positions in the order of the motors, rad (extensible and prismatic ones: m, with a "
+        "lead rad); else home",
     )
 
 
@@ -231,7 +232,7 @@ def _add_pose(parser: argparse._ActionsContainer, required: bool = False) -> Non
     parser.add_argument(
         "--pose",
         nargs="+",
-        type=float,
+        type=real,
         required=required,
         metavar="C",
         help="controlled coordinates in the order of the description, m and rad, as forward prints "

@@ -23,7 +23,7 @@ from ..solving.home import solve_home
 from ..solving.objectives import OBJECTIVES
 from ..solving.trace import Trace, trace
 from .answer import Answer, written
-from .argument_types import count, picture
+from .argument_types import count, picture, real
 from .reports import as_json, json_number
 
 __all__ = [
@@ -42,7 +42,7 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
         "--from",
         dest="first",
         nargs="+",
-        type=float,
+        type=real,
         metavar="Q",
         help="where the path begins; else home",
     )
@@ -50,7 +50,7 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
         "--to",
         dest="last",
         nargs="+",
-        type=float,
+        type=real,
         required=True,
         metavar="Q",
         help="where the path ends",

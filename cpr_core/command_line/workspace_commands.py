@@ -28,7 +28,7 @@ from ..workspace.flood import Progress
 from ..workspace.map_files import MapNotWritten
 from ..workspace.summary import summary_of
 from .answer import Answer, written
-from .argument_types import count, not_negative, number, picture
+from .argument_types import count, not_negative, number, picture, real
 from .path_commands import add_objective
 from .reports import as_json
 
@@ -67,7 +67,7 @@ def add_workspace_options(parser: argparse.ArgumentParser) -> None:
         "--from",
         dest="first",
         nargs="+",
-        type=float,
+        type=real,
         metavar="Q",
         help="where to start: controlled coordinates or motors, as --given says; else home",
     )

@@ -19,7 +19,14 @@ from ..lie import (
     turn_about_z,
 )
 
-__all__ = ["CONTROLLED_COORDINATES", "Coordinate", "meant_by", "numbers_of", "pose_of"]
+__all__ = [
+    "CONTROLLED_COORDINATES",
+    "Coordinate",
+    "meant_by",
+    "no_inverse_problem",
+    "numbers_of",
+    "pose_of",
+]
 
 Floats = NDArray[np.float64]
 
@@ -154,3 +161,11 @@ def _rotation_meant_by(given: dict[str, float], rotation: Floats) -> Floats:
         return rotation_from_angles(0.0, 0.0, given["angle"])
     angles = zip(_ANGLES, roll_pitch_yaw(rotation).tolist(), strict=True)
     return rotation_from_angles(*(given.get(name, angle) for name, angle in angles))
+
+
+def no_inverse_problem(name: str) -> str:
+    """Why a robot of a name that controls no coordinates has no inverse problem, in words."""
+    return (
+        f"{name} has no inverse problem: it controls no platform coordinates; name them under "
+        "`controlled` in the description"
+    )

@@ -38,7 +38,7 @@ class RobotLines:
     """A robot as lines and points in the world [m].
 
     Attributes:
-        legs: Points along every leg, (P, 3) each.
+        rods: Points along every rod, (P, 3) each.
         shades: Their colours by bending curvature, red green blue in [0, 1], (P, 3) each.
         links: Both ends of every rigid piece, (K, 2, 3).
         joints: Joints that are not clamped, (J, 3).
@@ -46,7 +46,7 @@ class RobotLines:
         platform: Tips around the platform, closed where there are three or more, (T, 3).
     """
 
-    legs: tuple[Floats, ...]
+    rods: tuple[Floats, ...]
     shades: tuple[Floats, ...]
     links: Floats
     joints: Floats
@@ -65,15 +65,16 @@ def robot_lines(robot: Robot, shapes: Sequence[LegShape]) -> RobotLines:
     Curvature is coloured from blue (straight) to red: the largest of the robot now, or half a turn
     per rod length if that is more.
     """
-    curvature = bending_curvature(np.concatenate([shape.curvature for shape in shapes]))
-    tones = shades(curvature / max(np.pi / robot.mean_length, float(curvature.max())))
-    ends = np.cumsum([len(shape.curvature) for shape in shapes])[:-1]
+    own = [(shape, shape.rod == rod) for shape in shapes for rod in range(shape.rod.max() + 1)]
+    curvatures = [bending_curvature(shape.curvature[along]) for shape, along in own]
+    largest = max((float(curvature.max()) for curvature in curvatures), default=0.0)
+    straight = max(np.pi / robot.mean_length, largest)
     links = [pair for shape in shapes for piece in shape.rigid_pieces for pair in pairwise(piece)]
     joints = [joint for shape in shapes for joint in shape.joints if joint.kind != "fixed"]
     tips = np.array([shape.position[-1] for shape in shapes])
     return RobotLines(
-        legs=tuple(shape.position for shape in shapes),
-        shades=tuple(np.split(tones, ends)),
+        rods=tuple(shape.position[along] for shape, along in own),
+        shades=tuple(shades(curvature / straight) for curvature in curvatures),
         links=np.array(links).reshape(-1, 2, 3),
         joints=np.array([joint.position for joint in joints]).reshape(-1, 3),
         driven=np.array([joint.motor is not None for joint in joints], np.bool_),

@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +32,7 @@ from .dense_response import DenseResponse, dense_response
 from .equilibrium_records import AS_IT_IS, corrected_record
 from .linearisation import Linearisation, LinearisedState, Response
 from .model_state import ModelState
+from .other_names import OF_EQUILIBRIA, OtherNames
 from .stability import MotorReading, Spectrum
 from .tangent_signs import TangentSigns, tangent_signs_of
 
@@ -39,7 +42,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Equilibrium(ModelState):
+class Equilibrium(ModelState, OtherNames):
     """A solution of the geometrico-static model, Eq. (32).
 
     Attributes:
@@ -52,6 +55,7 @@ class Equilibrium(ModelState):
             ``least_effort``, ``greatest_margin``), where an inverse problem found it; else empty.
     """
 
+    _other_names: ClassVar[Mapping[str, str]] = OF_EQUILIBRIA
     known_factors: Lanes | None = None
     objective: str = ""
 

@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from ..description.controlled_coordinates import no_inverse_problem
 from ..errors import InvalidRequest
 from ..validation import (
     ReadOnlyArrays,
@@ -146,6 +147,9 @@ class KinematoStatics(LinearProblems):
         Raises:
             InvalidRequest: An inverse singularity, or a robot that controls no coordinates.
         """
+        description = self.equilibrium.robot.description
+        if not description.controlled:
+            raise InvalidRequest("platform", no_inverse_problem(description.name))
         scale = self.equilibrium.robot.motor_units.copy()
         scale[list(self.equilibrium.robot.held_motors)] = 0.0
         jacobian = self._controlled @ self.jacobian * scale

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..blas_threads import on_one_numpy_thread
+from ..description.controlled_coordinates import no_inverse_problem
 from ..errors import InvalidRequest
 from ..kernels.twist_layout import ANGULAR
 from ..lie import angle_motions
@@ -203,11 +204,8 @@ class LinearProblems:
             InvalidRequest: It has not.
         """
         if checked_word("problem", problem, _PROBLEMS) not in self.problems:
-            raise InvalidRequest(
-                "problem",
-                f"{self.equilibrium.robot.description.name} has no inverse problem: it controls no "
-                "platform coordinates",
-            )
+            name = self.equilibrium.robot.description.name
+            raise InvalidRequest("problem", no_inverse_problem(name))
 
     def _problem_matrix(
         self, problem: LinearProblem, characteristic_length: float | None

@@ -10,7 +10,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import wraps
 from pathlib import Path
-from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar, cast
+from typing import Any, ClassVar, Concatenate, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from ..kernels.workspace_arrays import workspace
 from ..validation import cached_property, checked_count, read_only
 from .discretised_robot import DiscretisedRobot
 from .load_arrays import load_arrays
+from .other_names import OF_ROBOTS, OtherNames
 from .robot_arrays import robot_arrays
 
 __all__ = ["Robot", "checked_robot", "kept_with_robot"]
@@ -99,7 +100,7 @@ class SquareSystem(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Robot(DiscretisedRobot):
+class Robot(DiscretisedRobot, OtherNames):
     """A robot with its discretisation. Immutable; everything else is a function of it.
 
     Attributes:
@@ -109,15 +110,22 @@ class Robot(DiscretisedRobot):
     """
 
     held_motors: tuple[int, ...] = ()
+    _other_names: ClassVar[Mapping[str, str]] = OF_ROBOTS
     _kept: dict[Callable[..., Any], dict[Hashable, Any]] = field(default_factory=dict, init=False)
     _last_loads: list[tuple[Loads, LoadArrays]] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
-        """Look at the motors that are held.
+        """Look at the description, and at the motors that are held.
 
         Raises:
-            InvalidRequest: No motors, or not as many as the inverse problem can do without.
+            InvalidRequest: No description, no motors, or not as many as the inverse problem can do
+                without.
         """
+        if not isinstance(self.description, RobotDescription):
+            got = f"{type(self.description).__name__} {self.description!r:.100}"
+            raise InvalidRequest(
+                "robot", f"expected a description, got {got}: load_robot makes a robot"
+            )
         if self.held_motors:
             self._checked_held(self.held_motors)
 

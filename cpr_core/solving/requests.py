@@ -11,7 +11,12 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..description.controlled_coordinates import CONTROLLED_COORDINATES, meant_by, numbers_of
+from ..description.controlled_coordinates import (
+    CONTROLLED_COORDINATES,
+    meant_by,
+    no_inverse_problem,
+    numbers_of,
+)
 from ..description.doubted_requests import angle_doubt
 from ..errors import InvalidRequest
 from ..model.equilibrium import Equilibrium
@@ -46,11 +51,7 @@ def target_of(start: Equilibrium, problem: str, values: ArrayLike) -> Target:
     if problem == "efforts":
         return EffortTarget(motor_vector(robot, problem, values))
     if not robot.description.controlled:
-        raise InvalidRequest(
-            "pose",
-            f"{robot.description.name} has no inverse problem: it controls no platform coordinates; "
-            "name them under `controlled` in the description",
-        )
+        raise InvalidRequest("pose", no_inverse_problem(robot.description.name))
     position, rotation = split_pose(start, values)
     return PoseTarget(rotation, position)
 

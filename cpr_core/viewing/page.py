@@ -79,8 +79,8 @@ class Page:
         self.server: viser.ViserServer = open_server(robot.description.name, host, port)
         self._mailbox, self._numbers_drawn = Mailbox(self._failed), -1.0
         scene, gui, size = self.server.scene, self.server.gui, robot.mean_length
-        legs = equilibrium_lines(self._handled.equilibrium).legs
-        aim_camera(self.server, robot, np.concatenate(legs))
+        rods = equilibrium_lines(self._handled.equilibrium).rods
+        aim_camera(self.server, robot, np.concatenate(rods))
         light(self.server)
         self._landmarks = Landmarks(scene, robot)
         self._platform = PlatformNode(scene, robot)

@@ -69,9 +69,9 @@ def ghost_lines(equilibrium: Equilibrium, asked: Asked) -> RobotLines:
     lines = robot_lines(robot, state_shapes(robot, state, POINTS))
     holds = np.array([leg.joint.position for leg in robot.description.legs])
     corners = platform.position + holds @ platform.rotation.T
-    moved = () if asked.motors is None else lines.legs
+    moved = () if asked.motors is None else lines.rods
     return RobotLines(
-        legs=moved,
+        rods=moved,
         shades=(),
         links=lines.links if moved else np.zeros((0, 2, 3)),
         joints=np.zeros((0, 3)),

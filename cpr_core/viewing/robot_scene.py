@@ -79,7 +79,7 @@ class RobotScene:
         tones: Any = color if color is not None else _GREY
         if color is None and lines.shades:
             tones = segments(*lines.shades)
-        self._legs.show(segments(*lines.legs), tones)
+        self._legs.show(segments(*lines.rods), tones)
         self._links.show(lines.links, _DARK)
         self._edge.show(segments(lines.platform), _DARK)
         self._show_joints(lines)
@@ -91,7 +91,7 @@ class RobotScene:
             for node in (self._legs, self._links, self._edge):
                 node.show(nothing, _GREY)
             return
-        self._legs.show(segments(*lines.legs), _GREY)
+        self._legs.show(segments(*lines.rods), _GREY)
         self._links.show(lines.links, _GREY)
         self._edge.show(segments(lines.platform), _GREY)
 
@@ -114,6 +114,6 @@ class RobotScene:
 
 def _drawable(lines: RobotLines, far: float) -> bool:
     """Whether lines are near enough to be drawn in single precision."""
-    parts = [*lines.legs, lines.links.reshape(-1, 3), lines.platform]
+    parts = [*lines.rods, lines.links.reshape(-1, 3), lines.platform]
     whole = np.concatenate(parts)
     return bool(np.all(np.abs(whole) < far))

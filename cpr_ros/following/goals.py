@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cpr_core import Equilibrium, InvalidRequest, Loads, Robot, solve_forward, solve_inverse
+from cpr_core.description.controlled_coordinates import no_inverse_problem
 from cpr_core.description.doubted_requests import motors_doubt, position_doubt
 from cpr_core.kernels.limit_kernel import ROUNDING
 from cpr_core.model.assessment import Assessment
@@ -169,7 +170,7 @@ class PoseGoal:
         self._coordinates = pose_coordinates(robot)
         names = self._coordinates.names
         if not names:
-            raise InvalidRequest("pose", "the inverse problem of this robot has no solution")
+            raise InvalidRequest("pose", no_inverse_problem(robot.description.name))
         self.pose = checked_vector("pose", pose, len(names), " ".join(names))
         self._asked: _Way | None = None
 

@@ -40,11 +40,11 @@ def leg_width(robot: Robot) -> float:
 def leg_markers(
     lines: RobotLines, width: float, action: Action, by: str, frames: Frames, stamp: Time
 ) -> MarkerArray:
-    """A line for every leg and one for the platform; links as thicker lines, joints as spheres.
+    """A line for every rod and one for the platform; links as thicker lines, joints as spheres.
 
     Args:
         lines: The robot.
-        width: Of a leg [m], :func:`leg_width`; links are twice, joints three times as thick.
+        width: Of a rod [m], :func:`leg_width`; links are twice, joints three times as thick.
         action: What is asked for.
         by: ``strain``: every point by its bending curvature, from blue (straight) to red (the largest
             of the robot now, or half a turn per rod length if that is more); ``stability``: by the
@@ -54,9 +54,9 @@ def leg_markers(
     """
     color = ColorRGBA(a=1.0, **_rgb(_ACTION_COLORS[action]))
     markers = []
-    for number, (leg, shades) in enumerate(zip(lines.legs, lines.shades, strict=True)):
+    for number, (rod, shades) in enumerate(zip(lines.rods, lines.shades, strict=True)):
         line = _line("legs", number, width, frames, stamp)
-        line.points = [_point(position) for position in leg]
+        line.points = [_point(position) for position in rod]
         if by == "strain":
             line.colors = [ColorRGBA(a=1.0, **_rgb(shade)) for shade in shades.tolist()]
         else:

@@ -25,16 +25,16 @@ def lines_of(markers: MarkerArray) -> RobotLines:
     by_name: dict[str, list[Marker]] = {}
     for marker in markers.markers:
         by_name.setdefault(marker.ns, []).append(marker)
-    legs = by_name.get("legs", [])
+    rods = by_name.get("legs", [])
     links = [_points(marker.points) for marker in by_name.get("links", [])]
     joints = [_points(marker.points) for marker in by_name.get("joints", [])]
     tones = [color for marker in by_name.get("joints", []) for color in marker.colors]
     platform = [_points(marker.points) for marker in by_name.get("platform", [])]
     nothing = [np.zeros((0, 3))]
     return RobotLines(
-        legs=tuple(_points(marker.points) for marker in legs),
+        rods=tuple(_points(marker.points) for marker in rods),
         shades=tuple(
-            _colors(marker.colors or [marker.color] * len(marker.points)) for marker in legs
+            _colors(marker.colors or [marker.color] * len(marker.points)) for marker in rods
         ),
         links=np.concatenate(links or nothing).reshape(-1, 2, 3),
         joints=np.concatenate(joints or nothing),

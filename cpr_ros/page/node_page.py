@@ -117,10 +117,10 @@ class NodePage:
 
     def show_lines(self, lines: RobotLines) -> None:
         """Draw the robot as its markers have it."""
-        if self._robot is None or not lines.legs:
+        if self._robot is None or not lines.rods:
             return
         if not self._aimed:
-            aim_camera(self._server, self._robot, np.concatenate(lines.legs))
+            aim_camera(self._server, self._robot, np.concatenate(lines.rods))
             self._aimed = True
         with self._server.atomic():
             self._lines.show(lines)

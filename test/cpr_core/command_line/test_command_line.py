@@ -37,6 +37,36 @@ def test_forward_of_rfrfr(solved):
     assert result["index_locked"] == 0
 
 
+@pytest.mark.parametrize("name", ["rfrfr", "delta"])
+def test_forward_without_motors_is_home(solved, name):
+    """It is what one types first with a file of one's own; motors were required."""
+    result = solved("forward", name)
+    home = solve_home(load_robot(name))
+    assert_allclose(result["motors"], home.motors, rtol=0.0, atol=0.0)
+    assert_allclose(result["platform"]["position"], home.platform_position, rtol=0.0, atol=1e-12)
+
+
+def test_motors_and_ways_may_be_parts_of_pi(solved):
+    parts = solved("forward", "rfrfr", "--motors", "5pi/6", "-pi/16")
+    numbers = solved("forward", "rfrfr", "--motors", 5 * np.pi / 6, -np.pi / 16)
+    assert parts == numbers
+    way = (
+        "trace",
+        "rfrfr",
+        "--given",
+        "motors",
+        "--points",
+        2,
+        "--from",
+        "5pi/6",
+        "0.3",
+        "--to",
+        "0.8pi",
+    )
+    traced = solved(*way, "0.1pi")
+    assert traced == solved(*way[:-1], 0.8 * np.pi, 0.1 * np.pi)
+
+
 def test_forward_of_six_rfs(solved):
     result = solved("forward", "six_rfs", "--motors", *HOME["six_rfs"], "--modes", 12)
     expected = [0.0364845367, 0.0132956502, 0.8453250174]

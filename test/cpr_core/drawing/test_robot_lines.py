@@ -10,8 +10,15 @@ import pytest
 from helpers.yaml_content import shipped_content
 from numpy.testing import assert_array_equal
 
-from cpr_core import load_robot
-from cpr_core.drawing.robot_lines import bending_curvature, platform_outline, segments, shades
+from cpr_core import load_robot, solve_home
+from cpr_core.drawing.robot_lines import (
+    POINTS,
+    bending_curvature,
+    equilibrium_lines,
+    platform_outline,
+    segments,
+    shades,
+)
 from cpr_core.lie import rotation_exp
 
 
@@ -32,6 +39,18 @@ def test_pieces_join_neighbours_of_a_line_and_no_two_lines(counts):
     lines = [np.random.default_rng(count).normal(size=(count, 3)) for count in counts]
     expected = [[line[k], line[k + 1]] for line in lines for k in range(len(line) - 1)]
     assert_array_equal(segments(*lines), np.reshape(expected, (-1, 2, 3)))
+
+
+@pytest.mark.parametrize(("name", "rods"), [("rfrfr", 2), ("two_rods", 4), ("delta", 6)])
+def test_rods_are_drawn_as_rods_and_links_once(name, rods):
+    """Cranks were drawn twice, as links and with the line of their leg."""
+    robot = load_robot(name)
+    lines = equilibrium_lines(solve_home(robot))
+    assert len(lines.rods) == len(lines.shades) == rods == len(robot.description.rods)
+    for line, tones, element in zip(lines.rods, lines.shades, robot.description.rods, strict=True):
+        assert line.shape == tones.shape == (POINTS, 3)
+        length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+        assert 0.98 * element.rod.length < length <= element.rod.length
 
 
 @pytest.mark.parametrize("shift", [0.0, 1.0, -0.3])

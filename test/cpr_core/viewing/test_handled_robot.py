@@ -93,8 +93,8 @@ def test_the_ghost_of_motors_is_every_leg_where_its_motor_was_to_be(planar):
     assert not handled.move_motors(handled.equilibrium.motors + [4.0, -4.0])
     asked = handled.refused.asked
     ghost = ghost_lines(handled.equilibrium, asked)
-    assert len(ghost.legs) == 2
-    for leg, motor in zip(ghost.legs, asked.motors, strict=True):
+    assert len(ghost.rods) == 2
+    for leg, motor in zip(ghost.rods, asked.motors, strict=True):
         way = leg[1] - leg[0]
         assert np.cos(np.arctan2(way[1], way[0]) - motor) > 0.99
 
@@ -106,7 +106,7 @@ def test_the_ghost_of_a_pose_is_the_platform_of_the_robot_that_is_there(name):
     reached = cpr_core.solve_forward(robot, home.motors + STEPS[name])
     there = Pose(reached.platform_rotation, reached.platform_position)
     ghost = ghost_lines(home, Asked(platform=there))
-    assert ghost.legs == () and len(ghost.links) == 0  # nobody knows where they would be
+    assert ghost.rods == () and len(ghost.links) == 0  # nobody knows where they would be
     np.testing.assert_allclose(
         ghost.platform, equilibrium_lines(reached).platform, rtol=0, atol=1e-9 * robot.mean_length
     )

@@ -99,7 +99,7 @@ def test_a_slider_moves_the_robot(robot, page, looker):
     quaternion = looker.quaternion("/platform")
     assert abs(quaternion @ expected.platform_quaternion) == pytest.approx(1.0, abs=1e-9)
     # Lines go to the browser in single precision.
-    lines = np.concatenate([segments(leg) for leg in equilibrium_lines(expected).legs])
+    lines = np.concatenate([segments(leg) for leg in equilibrium_lines(expected).rods])
     np.testing.assert_allclose(looker.pieces("/robot/legs"), lines, rtol=0, atol=2e-7)
     looker.picture("slider")
 

@@ -127,7 +127,7 @@ def test_nothing_of_a_robot_is_left_when_another_comes(page, home, monkeypatch):
 
 def test_the_camera_is_aimed_once_for_every_robot(page, home):
     lines, camera = equilibrium_lines(home), page._server.initial_camera
-    page.show_lines(replace(lines, legs=(), shades=()))  # nothing to aim at
+    page.show_lines(replace(lines, rods=(), shades=()))  # nothing to aim at
     page.show_lines(lines)
     camera.position = nowhere = np.array([9.0, 9.0, 9.0])
     page.show_lines(lines)  # whoever looks has turned it meanwhile

@@ -73,7 +73,7 @@ def test_lines_come_back_from_markers():
         outcome = Drive(robot(name)).tick()
         expected = equilibrium_lines(outcome.assessment.equilibrium)
         found = lines_of(markers_of(outcome, "strain"))
-        for mine, theirs in zip(found.legs, expected.legs, strict=True):
+        for mine, theirs in zip(found.rods, expected.rods, strict=True):
             np.testing.assert_array_equal(mine, theirs)
         for mine, theirs in zip(found.shades, expected.shades, strict=True):
             np.testing.assert_allclose(mine, theirs, atol=1e-6)
