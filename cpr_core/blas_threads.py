@@ -29,7 +29,7 @@ _limits = ExitStack()
 
 @cache
 def _libraries(with_scipy: bool) -> dict[str, Any]:
-    """The libraries by file. Looking for them takes milliseconds."""
+    """The libraries by file, looked for once without and once with scipy, which brings its own."""
     from threadpoolctl import ThreadpoolController
 
     found = ThreadpoolController().select(user_api="blas")

@@ -36,7 +36,7 @@ class Extent:
     """How much is computed.
 
     Attributes:
-        repeats: Repeats of a timing; of slow models.
+        repeats: Repeats of the timing of a fast model.
         slow_repeats: Repeats of slow models.
         literal_counts: n_c for which Mod. #0 is timed.
         modes: Modes of the stability lines, RFRFR and 6-RFS.

@@ -88,8 +88,8 @@ LEAD = {
 }
 
 
-#: Ratios and leads [m] of either sign: their squares, and those of what they are the inverse of, are
-#: numbers still.
+#: Bounds of the size of ratios and leads [m], within which their squares, and those of their inverses,
+#: neither overflow nor vanish.
 _RATIOS = (1e-30, 1e30)
 
 

@@ -49,7 +49,6 @@ _INDEX_COLORS = ("#9AD0F0", "#F0E442", "#CC79A7", "#5A5A5A")
 _RED = "#C22000"
 _LINES = {
     "stability": ("#000000", "-", "stability, motors held"),
-    "stability_free": ("#009E73", ":", "stability, constant effort"),
     "singularity": ("#0072B2", "-", "end of the branch"),
     "limits": ("#E69F00", "--", "limit of a motor or rod"),
 }
@@ -261,9 +260,9 @@ def _draw_borders(axes: Any, found: WorkspaceMap, plane: int) -> None:
         label = "two ways disagree"
         axes.plot(*middle[:, :2].T, ".", color="#7A3E00", markersize=2.5, label=label)
     for border in found.borders:
-        color, style, label = _LINES[border.kind]
-        if not len(border.points) or border.kind == "stability_free":
+        if not len(border.points) or border.kind not in _LINES:  # of motors held, not of efforts
             continue
+        color, style, label = _LINES[border.kind]
         if flat:
             lines = LineCollection(
                 list(border.points[border.segments]),

@@ -113,6 +113,7 @@ def set_equal_scale(axes: Any) -> None:
     else:
         limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
         axes.set_box_aspect(limits[:, 1] - limits[:, 0])
+        axes.locator_params(nbins=4)  # more labels lie on each other
         axes.set_zlabel("z [m]")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")

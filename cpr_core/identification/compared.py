@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..kernels.problems import ProblemName
 from ..kernels.twist_layout import ANGULAR, LINEAR
-from ..lie import rotation_log, skew
+from ..lie import rotation_log, vectors_by_turn
 from ..model.equilibrium import Equilibrium
 from ..model.kinemato_statics import kinemato_statics
 from ..model.platform_coordinates import six_components
@@ -107,20 +107,9 @@ class ComparedRow(ReadOnlyArrays):
         if self.measurement.rotation is not None:
             _, rotation = self.measurement.predicted_pose(equilibrium)
             apart = rotation_log(self.measurement.rotation @ rotation.T)
-            whole[kinds == "rotation"] = _log_rate(apart) @ whole[kinds == "rotation"]
+            whole[kinds == "rotation"] = vectors_by_turn(-apart) @ whole[kinds == "rotation"]
         found: Floats = self.weights @ whole[self.places]
         return found
-
-
-def _log_rate(apart: Floats) -> Floats:
-    """Minus the change of ``log(exp(apart) exp(-turn))`` per turn at none, (3, 3)."""
-    angle, cross = float(np.linalg.norm(apart)), skew(apart)
-    if angle < 1e-4:
-        factor = 1.0 / 12.0
-    else:
-        factor = 1.0 / angle**2 - (1.0 + np.cos(angle)) / (2.0 * angle * np.sin(angle))
-    found: Floats = np.eye(3) + 0.5 * cross + factor * cross @ cross
-    return found
 
 
 def measured_numbers(robot: Robot, measurement: Measurement) -> Floats:

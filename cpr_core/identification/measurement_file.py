@@ -120,6 +120,8 @@ def _check_header(robot: Robot, place: Path, header: Sequence[str]) -> None:
         if name not in known:
             nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
             meant = f", did you mean {nearest[0]}?" if nearest else ""
+            if not name.strip():
+                meant = " (of row numbers? pandas leaves them out with index=False)"
             raise InvalidRequest(
                 "measurements",
                 f"{place}: line 1: no column is called {name!r:.60}{meant}; "

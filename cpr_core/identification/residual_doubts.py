@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import scipy
 
 from ..description.other_units import in_other_units
 from ..errors import CprError
@@ -20,6 +19,7 @@ from .compared_layout import KINDS
 from .effort_doubts import BETTER, other_efforts
 from .measurement_doubts import unit_doubt
 from .measurements import changed_measurement
+from .wrench_estimate import consistency_of
 
 __all__ = ["fit_doubts", "kind_doubts"]
 
@@ -53,7 +53,7 @@ def fit_doubts(
         ]
     if freedom < 1 or not fit >= _BEYOND:
         return []
-    if freedom < _FREE and scipy.special.gammaincc(0.5 * freedom, 0.5 * freedom * fit**2) > _CHANCE:
+    if freedom < _FREE and consistency_of(freedom * fit**2, freedom) > _CHANCE:
         return []
     robot = described[0].robot
     pairs = [(row, unit_doubt(robot, row.measurement)) for row in rows]

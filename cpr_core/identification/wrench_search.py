@@ -177,8 +177,7 @@ class WrenchSearch:
                     left = self.measured.residual(reached)
                     # What is not felt may be taken back at the cost of some of the residual.
                     if felt.count < len(ahead) or left @ left <= (1.0 + 1e-6) * residual @ residual:
-                        hindrance = _ENDLESS
-                        break
+                        break  # a border that was in the way of the whole step is the hindrance still
                     reached = None
                 else:
                     hindrance = _BORDER

@@ -30,6 +30,7 @@ _SMALLEST_PIVOT = 1e-11
 _SAFE_PIVOT = 1e-5
 #: Larger entries of the border (a leg nearly straight) would hide signs of others: slots are delayed.
 _LARGEST_BORDER = 1e5
+#: Part of the largest off-diagonal entry above which a diagonal one is the pivot (Bunch and Parlett).
 _GROWTH = (1.0 + np.sqrt(17.0)) / 8.0
 
 

@@ -60,8 +60,8 @@ class ProblemScales(NamedTuple):
     orthogonal, the R rods where they are not have their L here.
     """
 
-    unknowns: NDArray[np.float64]  # unit over its own one, zero of multipliers, (s + n,)
-    squared_equations: NDArray[np.float64]  # the square of unit over its own one, (s + n,)
+    unknowns: NDArray[np.float64]  # unit over its own one, zero of multipliers, (legs + s + n,)
+    squared_equations: NDArray[np.float64]  # the square of unit over its own one, (legs + s + n,)
     first_strains: NDArray[np.int64]  # state index of the first strain coordinate, (R,)
     strain_counts: NDArray[np.int64]  # how many it has, (R,)
     gram_factors: NDArray[np.float64]  # L, lower triangular, in the upper left, (R, m, m)

@@ -99,7 +99,7 @@ class LinearProblems:
     equilibrium: Equilibrium
 
     @cached_array
-    def tangent(self) -> Floats:
+    def body_tangent(self) -> Floats:
         """Tangent of the model with the platform in body coordinates, in state order, (N, N)."""
         return body_tangent(self.equilibrium)
 
@@ -129,7 +129,7 @@ class LinearProblems:
         moving = np.concatenate(
             [robot.motor_indices, robot.elastic_indices, robot.platform_indices]
         )
-        scaled = motions.T @ self.tangent @ motions / units.energy
+        scaled = motions.T @ self.body_tangent @ motions / units.energy
         jacobian = scaled[np.ix_(robot.multiplier_indices, moving)]
         null_space = null_space_of(jacobian)
         stacked = read_only(np.vstack([null_space.T @ scaled[np.ix_(moving, moving)], jacobian]))
@@ -247,11 +247,11 @@ class LinearProblems:
             return 0
         inner, platform = robot.kernel_arrays.motor_index, robot.platform_indices
         legs = np.arange(robot.kernel_arrays.platform_index)
-        rows, columns = np.arange(inner), [self.tangent[:, legs] * unit[legs]]
-        columns.append(self.tangent[:, platform] @ self._free_motions(problem, unit[platform]))
+        rows, columns = np.arange(inner), [self.body_tangent[:, legs] * unit[legs]]
+        columns.append(self.body_tangent[:, platform] @ self._free_motions(problem, unit[platform]))
         if problem != "forward":
             motors = robot.motor_indices[self._moved(problem)]
-            columns.append(self.tangent[:, motors] * unit[motors])
+            columns.append(self.body_tangent[:, motors] * unit[motors])
         if problem == "inverse_by_effort":  # the wrench takes the place of the platform's balance
             rows = np.concatenate([legs, robot.motor_indices])
         matrix = np.hstack(columns)[rows] * unit[rows, None]

@@ -26,7 +26,10 @@ def load_arrays(robot: DiscretisedRobot, loads: Loads) -> LoadArrays:
             stations that there are not.
     """
     if not isinstance(loads, Loads):
-        raise InvalidRequest("loads", f"expected Loads, got {loads!r:.200}")
+        raise InvalidRequest(
+            "loads",
+            f"expected Loads, as robot.default_loads.with_(...) makes them, got {loads!r:.200}",
+        )
     description, grid = robot.description, robot.grid
     if robot.planar:
         _check_planar(description, loads)

@@ -80,10 +80,12 @@ def assemble(robot: Robot, start: Configuration, loads: Loads, platform_held: bo
         The equilibrium, converged or not, stable or not: the caller has to look. What has not converged
         is the robot held by the springs alone.
     """
-    shape, forces = start, robot.load_arrays(loads)
+    shape, load_arrays = start, robot.load_arrays(loads)
     if platform_held:
         for stiffness in _SPRINGS[:4]:
-            shape = _descended(robot, forces, shape, stiffness, robot.elastic_indices, _NEARLY_FLAT)
+            shape = _descended(
+                robot, load_arrays, shape, stiffness, robot.elastic_indices, _NEARLY_FLAT
+            )
     return settle(robot, shape, loads, _SPRINGS[3:] if platform_held else _SPRINGS)
 
 
@@ -92,12 +94,12 @@ def settle(
 ) -> Equilibrium:
     """Bring a shape to rest in a stable equilibrium, its joints closed by springs at first."""
     moving = robot.moving_indices
-    found, forces = None, robot.load_arrays(loads)
+    found, load_arrays = None, robot.load_arrays(loads)
     for kick in range(_KICKS):
         for stiffness in springs:
             flat = _FLAT if stiffness == springs[-1] else _NEARLY_FLAT
-            shape = _descended(robot, forces, shape, stiffness, moving, flat)
-        found = _closed(robot, loads, forces, shape, springs[-1])
+            shape = _descended(robot, load_arrays, shape, stiffness, moving, flat)
+        found = _closed(robot, loads, load_arrays, shape, springs[-1])
         if not found.converged or found.index_locked == 0:
             return found
         # A saddle: along its softest motion the energy falls, to the one side or the other.
@@ -124,14 +126,14 @@ def turned_over(equilibrium: Equilibrium) -> str | None:
 
 
 def _closed(
-    robot: Robot, loads: Loads, forces: LoadArrays, shape: Configuration, stiffness: float
+    robot: Robot, loads: Loads, load_arrays: LoadArrays, shape: Configuration, stiffness: float
 ) -> Equilibrium:
     """Newton's method on the model from a shape with small gaps; where it fails, the shape itself.
 
     Where gaps cannot be closed Newton's method ends anywhere, which rounding decides: the shape of least
     energy tells where the robot does not fit.
     """
-    place = shape._replace(state=_spring_state(robot, forces, shape, stiffness))
+    place = shape._replace(state=_spring_state(robot, load_arrays, shape, stiffness))
     for iterations in (100, 0):
         found = refine(robot, loads, place, iterations=iterations, contraction=1.0)
         if found.converged:
@@ -140,25 +142,25 @@ def _closed(
 
 
 def _spring_state(
-    robot: Robot, forces: LoadArrays, shape: Configuration, stiffness: float
+    robot: Robot, load_arrays: LoadArrays, shape: Configuration, stiffness: float
 ) -> Floats:
     """The state with spring forces as multipliers."""
     held, unit = robot.multiplier_indices, robot.kernel_arrays.unit
     state = shape.state.copy()
     state[held] = 0.0
-    gaps = evaluate(robot, forces, *shape._replace(state=state)).residual[held]
+    gaps = evaluate(robot, load_arrays, *shape._replace(state=state)).residual[held]
     # A gap times its multiplier's unit over the unit of energy is dimensionless.
     state[held] = stiffness * gaps * unit[held] ** 2 / robot.kernel_arrays.energy_unit
     return state
 
 
 def _with_springs(
-    robot: Robot, forces: LoadArrays, shape: Configuration, stiffness: float
+    robot: Robot, load_arrays: LoadArrays, shape: Configuration, stiffness: float
 ) -> tuple[float, ModelValue]:
     """Dimensionless energy of rods and springs, and the model with the spring forces."""
-    state = _spring_state(robot, forces, shape, stiffness)
+    state = _spring_state(robot, load_arrays, shape, stiffness)
     held, arrays = robot.multiplier_indices, robot.kernel_arrays
-    value = evaluate(robot, forces, *shape._replace(state=state))
+    value = evaluate(robot, load_arrays, *shape._replace(state=state))
     gaps = value.residual[held] * arrays.unit[held] / arrays.energy_unit
     return value.energy / arrays.energy_unit + 0.5 * stiffness * float(gaps @ gaps), value
 
@@ -166,7 +168,7 @@ def _with_springs(
 @on_one_numpy_thread
 def _descended(
     robot: Robot,
-    forces: LoadArrays,
+    load_arrays: LoadArrays,
     shape: Configuration,
     stiffness: float,
     moving: NDArray[np.int64],
@@ -181,7 +183,7 @@ def _descended(
     platform, axes = _own_axes(robot, moving)
     unit, units = arrays.unit[moving], np.outer(arrays.unit, arrays.unit) / arrays.energy_unit
     within, across = np.ix_(moving, moving), np.ix_(held, moving)
-    energy, value = _with_springs(robot, forces, shape, stiffness)
+    energy, value = _with_springs(robot, load_arrays, shape, stiffness)
     for _ in range(_DESCENTS):
         gradient = value.residual[moving] * unit / arrays.energy_unit
         tangent = value.tangent * units
@@ -199,7 +201,7 @@ def _descended(
         factor = 1.0
         while factor > 1e-6:
             trial = moved_shape(robot, shape, moving, factor * step)
-            trial_energy, trial_value = _with_springs(robot, forces, trial, stiffness)
+            trial_energy, trial_value = _with_springs(robot, load_arrays, trial, stiffness)
             if trial_energy < energy + factor * expected + _ENERGY_ROUNDING * (1.0 + abs(energy)):
                 break
             factor *= 0.25

@@ -9,7 +9,7 @@ The derivation is in docs/derivations.md, "The error of an answer".
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ Floats = NDArray[np.float64]
 MORE_MODES = 4
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DiscretisationError:
     """What continuous rods would change in an equilibrium, estimated: theirs minus this one.
 
@@ -54,7 +54,11 @@ class DiscretisationError:
     problem: ProblemName
     equilibrium: Equilibrium
     #: The estimate without its signs, for which the tangent has to be factored once more.
-    _estimate: Equilibrium = field(repr=False)
+    _estimate: Equilibrium
+
+    def __repr__(self) -> str:
+        far = f"{self.distance:.3g} m, {self.angle:.3g} rad"
+        return f"<DiscretisationError, {self.problem} held: platform {far} from continuous rods'>"
 
     @cached_property
     def estimate(self) -> Equilibrium:

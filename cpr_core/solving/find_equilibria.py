@@ -199,7 +199,7 @@ def _searched(
     robot: Robot,
     motors: Floats,
     loads: Loads,
-    forces: LoadArrays,
+    load_arrays: LoadArrays,
     spread: _Spread,
     seed: np.random.SeedSequence,
 ) -> Equilibrium | None:
@@ -219,13 +219,15 @@ def _searched(
         rotation = np.linalg.qr(random.normal(size=(3, 3)))[0].copy()  # numpy's is ready sooner
         rotation *= np.sign(np.linalg.det(rotation))
     position, held = np.empty(3), robot.multiplier_indices.copy()  # read-only is another type
-    if not close_joints(robot.prepared, forces, spread.forces, held, state, rotation, position):
+    if not close_joints(
+        robot.prepared, load_arrays, spread.forces, held, state, rotation, position
+    ):
         return None
     shape = Configuration(state, rotation, position)
-    state = with_best_multipliers(robot, forces, shape)
+    state = with_best_multipliers(robot, load_arrays, shape)
     tolerances = Tolerances(iterations=_STEPS, contraction=1.0)
     rough = record_of(robot, shape._replace(state=state))
-    found = corrected(robot, loads, forces, rough, tolerances)
+    found = corrected(robot, loads, load_arrays, rough, tolerances)
     return found if found.converged and robot.rods_exist(found.state) else None
 
 

@@ -144,7 +144,7 @@ class StrainLimitExceeded(_LimitPassed):
     """A rod would yield.
 
     Attributes:
-        leg: Name of the leg, with the number of the rod where it has several.
+        rod: Name of the rod: that of its leg, numbered where it has several.
         value: Largest bending strain of the rod.
         limit: Its yield strain.
     """
@@ -153,17 +153,17 @@ class StrainLimitExceeded(_LimitPassed):
 
     def __init__(
         self,
-        leg: str,
+        rod: str,
         value: float,
         limit: float,
         fraction: float = 1.0,
         last: Equilibrium | None = None,
         event: PathEvent | None = None,
     ) -> None:
-        """Name the leg, its strain and the limit."""
-        self.leg, self.value, self.limit = leg, value, limit
+        """Name the rod, its strain and the limit."""
+        self.rod, self.value, self.limit = rod, value, limit
         told, most = distinct(value, limit, fewest=6)
-        exceeded = f"{leg}: bending strain {told} is above its yield strain {most}"
+        exceeded = f"{rod}: bending strain {told} is above its yield strain {most}"
         super().__init__(exceeded, fraction, last, event)
 
 

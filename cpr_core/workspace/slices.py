@@ -221,7 +221,8 @@ def _grid(imposed: _Imposed, asked: _Asked) -> Grid:
     """The grid of some coordinates, every axis checked."""
     names, units, vary = imposed.names, imposed.units, asked.vary
     if len(vary) < 2:
-        raise InvalidRequest("grid", f"expected at least two axes, got {len(vary)}")
+        line = "; for a line there is trace" if len(vary) == 1 else ""
+        raise InvalidRequest("grid", f"expected at least two axes, got {len(vary)}{line}")
     for name in asked.resolution if isinstance(asked.resolution, Mapping) else ():
         checked_word("resolution", name, tuple(vary))
     for name in asked.directions:

@@ -4,8 +4,8 @@
 """From one cell to the next along the branch, in compiled code.
 
 The rules of `solving.continuation`: every Newton correction is smaller than a quarter of the one
-before, and the sign of the problem does not change. A step that fails is halved. Where none succeeds the
-way ends; the fraction that was reached is where the border is.
+before, or as small as rounding, and the sign of the problem does not change. A step that fails is
+halved. Where none succeeds the way ends; the fraction that was reached is where the border is.
 """
 
 from __future__ import annotations

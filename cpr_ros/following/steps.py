@@ -69,7 +69,7 @@ def attempt(
     except StrainLimitExceeded as error:
         value, limit = distinct(error.value, error.limit)
         return Refusal(
-            "strain_reserve", f"{error.leg}: bending strain {value} would be above {limit}"
+            "strain_reserve", f"{error.rod}: bending strain {value} would be above {limit}"
         )
     except TimeLimitExceeded as error:
         last, length = error.last, current.characteristic_length

@@ -144,10 +144,8 @@ class TrajectoryPlan:
             fruitless = 0 if equilibria else fruitless + 1
             goes_on = stopped is None or (stopped.kind == "time_limit" and fruitless < _FRUITLESS)
             if stopped is not None and not goes_on:
-                at = float(self._times[first])
                 measure = _EVENTS.get(stopped.kind, "not_converged")
-                why = stopped.message
-                raise TrajectoryRefused(at, measure, f"at {at:.3f} s: {why}", why)
+                raise _refused(float(self._times[first]), measure, stopped.message)
             yield True
 
     def _assessed(self, equilibrium: Equilibrium) -> Assessment:
@@ -165,9 +163,8 @@ class TrajectoryPlan:
     def _check_indices(self, found: Sequence[Equilibrium], times: Floats) -> None:
         unstable = np.flatnonzero([equilibrium.index_locked > 0 for equilibrium in found])
         if unstable.size:
-            at = float(times[unstable[0]])
             why = "the robot would be unstable with the motors held"
-            raise TrajectoryRefused(at, "margin", f"at {at:.3f} s {why}", why)
+            raise _refused(float(times[unstable[0]]), "margin", why)
 
     def _check_motors(self, last: Assessment, found: Sequence[Equilibrium], times: Floats) -> None:
         limits = last.equilibrium.robot.motor_limits
@@ -216,7 +213,12 @@ class TrajectoryPlan:
             why = f"{FIELDS[name]} would be {value}, below {name}_stop {limit}"
             if math.isnan(after):
                 why = f"{FIELDS[name]} would not be defined"
-            raise TrajectoryRefused(at, name, f"at {at:.3f} s {why}", why)
+            raise _refused(at, name, why)
+
+
+def _refused(at: float, measure: str, why: str) -> TrajectoryRefused:
+    """The refusal of a trajectory for what a measure would be at a time [s]."""
+    return TrajectoryRefused(at, measure, f"at {at:.3f} s: {why}", why)
 
 
 def _turns(motors: Floats) -> list[int]:

@@ -152,7 +152,7 @@ class NodePage:
         if self._robot is not None and not under_way and not self._control.asks:
             self._sliders.rest()
         name, color = _ACTIONS[action]
-        send_new(self._action_text, content=f"**{name}** {as_plain(text)}")
+        send_new(self._action_text, content=f"**action {name}**: {as_plain(text)}")
         send_new(self._action_bar, color=color)
         if self._bars is None:
             self._bars = BarsPanel(self._server.gui, bars)

@@ -60,7 +60,7 @@ def test_arrays_that_are_kept_are_read_only(name):
     for kept in (
         robot.motor_units,
         robot.yield_strains,
-        kinemato_statics(home).tangent,
+        kinemato_statics(home).body_tangent,
         home.platform_quaternion,
         home.spectrum_locked.eigenvalues,
         home.spectrum_locked.motions,

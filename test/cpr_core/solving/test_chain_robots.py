@@ -143,7 +143,7 @@ def test_a_limit_of_one_rod_of_two_is_named(tmp_path):
     assert strains.shape == (4,) and strains[2] < 0.0036
     with pytest.raises(StrainLimitExceeded) as caught:
         solve_forward(robot, home.motors + [0.0, 1.0, 0.0], start=home)
-    assert caught.value.leg == "leg2.rod2"
+    assert caught.value.rod == "leg2.rod2"
     x, y = home.platform_position[:2].tolist()
     angle = float(np.arctan2(home.platform_rotation[1, 0], home.platform_rotation[0, 0]))
     grid = pose_grid(

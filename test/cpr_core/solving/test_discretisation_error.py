@@ -44,6 +44,15 @@ def test_it_is_within_a_factor_of_three(name):
     assert ratios.min() > 0.1
 
 
+def test_it_says_what_it_is():
+    found = error_of(solve_home(load_robot("rfrfr")), "pose")
+    assert (
+        repr(found) == "<DiscretisationError, pose held: platform 0 m, 0 rad from continuous rods'>"
+    )
+    found = error_of(solve_home(load_robot("rfrfr")))
+    assert f"motors held: platform {found.distance:.3g} m, " in repr(found)
+
+
 def test_most_robots_tell_something_with_few_modes():
     """The test above would be empty if all errors were rounding."""
     assert all(len(compare(name, 3, count=2).ratios) == 4 for name in ROBOTS if name != "delta")

@@ -344,6 +344,16 @@ def test_a_rod_that_bows_to_the_other_side_is_told(name, bow, told):
     assert distance(solve_home(load_robot(name)), home) < 1e-7
 
 
+def test_a_tip_that_misses_by_half_a_turn_is_asked_for_its_directions():
+    content = shipped_content("planar_body")
+    content["rod"]["length"], content["home"]["bow"] = 0.3, "right"  # too short, and folded over
+    words = (
+        r"misses its tip joint by 0\.18\d* m and 3\.1\d* rad \(does its .* point the other way\?\)"
+    )
+    with pytest.raises(NoForwardSolution, match=words):
+        solve_home(load_robot(content))
+
+
 @pytest.mark.parametrize("name", ["three_prs", "three_rfs"])
 def test_angles_that_are_none_at_home_are_told(name):
     """Twists about an axis across both were lost, and the closed loop froze."""

@@ -59,7 +59,7 @@ def test_an_error_of_a_longer_way_is_another_one(kind):
     else:
         first, of_its_own = (
             StrainLimitExceeded("leg1", 0.2, 0.1, 0.5, last, event),
-            ("leg", "value"),
+            ("rod", "value"),
         )
     said = str(first)
     first.add_note("noted before")

@@ -26,7 +26,7 @@ MOTORS = {"motor1": [2.0, 3.0], "motor2": [0.0, 1.0]}
 @pytest.mark.parametrize(
     ("vary", "held", "options", "text"),
     [
-        ({"x": [0, 1]}, {}, {}, "at least two axes, got 1"),
+        ({"x": [0, 1]}, {}, {}, "at least two axes, got 1; for a line there is trace"),
         ({"x": [0, 1], "z": [0, 1]}, {}, {}, "out of x, y, got 'z'"),
         (AXES, {"x": 0.5}, {}, "x is both an axis and held"),
         ({"x": [1, 0], "y": [0, 1]}, {}, {}, "x: expected at least two increasing numbers"),

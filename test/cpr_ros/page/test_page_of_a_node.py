@@ -68,7 +68,7 @@ def test_a_node_that_is_gone_takes_with_it_all_that_was_known(page):
 )
 def test_an_action_has_its_word_and_color(page, action, word, color):
     page.show_stability(action, "why_so", BARS, under_way=False)
-    assert page._action_text.content == f"**{word}** why\\_so"
+    assert page._action_text.content == f"**action {word}**: why\\_so"
     assert page._action_bar.color == color
 
 

@@ -140,5 +140,5 @@ def test_what_is_near_its_threshold_is_told_by_words_and_bars(shown):
     near.nearest_threshold, near.distance_to_threshold = "", math.inf
     shown._keeping("stability")(near)
     shown._draw()
-    assert shown.page._action_text.content == "**SLOW** slow"
+    assert shown.page._action_text.content == "**action SLOW**: slow"
     assert [filled.color for _, filled in shown.page._bars._rows] == ["yellow", "green"]
