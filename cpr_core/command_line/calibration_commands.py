@@ -25,8 +25,8 @@ from ..identification.robust_loss import Loss
 from ..model.robot import Robot
 from .answer import Answer, written
 from .argument_types import new_file, picture
-from .path_commands import add_seed, progress_bar
 from .reports import as_json, json_number
+from .shared_options import add_seed, progress_bar
 
 __all__ = ["add_calibrate_options", "add_measure_options"]
 

@@ -28,12 +28,12 @@ from ..solving.geometrico_statics import solve_forward, solve_inverse
 from ..solving.home import solve_home
 from ..solving.load_robot import load_robot
 from ..version import __version__
-from .answer import Answer
-from .argument_types import check_files, count, length, real
+from .answer import Answer, written
+from .argument_types import check_files, count, length
 from .calibration_commands import add_calibrate_options, add_measure_options
 from .compile_command import compile_all, show_compilation
 from .modes_command import add_modes_options
-from .path_commands import add_equilibria_options, add_objective, add_trace_options
+from .path_commands import add_equilibria_options, add_trace_options
 from .reports import (
     as_json,
     equilibrium_as_dict,
@@ -45,6 +45,7 @@ from .reports import (
     stability_as_dict,
     stability_as_text,
 )
+from .shared_options import add_motors, add_objective, add_place, add_plot, add_pose
 from .view_command import add_view_options
 from .workspace_commands import add_workspace_options
 
@@ -118,17 +119,14 @@ def _run(options: argparse.Namespace) -> int:
         return 0
     _check_files(options)
     robot = load_robot(options.robot, modes=options.modes)
-    if options.report is None:
-        answer: Answer = options.run(robot, _loads(robot, options), options)
-        if answer.text:
-            print(answer.text, flush=True)
-        for problem in answer.problems:  # not as JSON, for the answer was
-            print(f"cpr: error: {problem}", file=sys.stderr)
-        if answer.problems:
-            return EXIT_BAD_ARGUMENTS
-        return 0 if answer.done else EXIT_NO_SOLUTION
-    print(options.report(_solved(robot, options), options))
-    return 0
+    answer: Answer = options.run(robot, _loads(robot, options), options)
+    if answer.text:
+        print(answer.text, flush=True)
+    for problem in answer.problems:  # not as JSON, for the answer was
+        print(f"cpr: error: {problem}", file=sys.stderr)
+    if answer.problems:
+        return EXIT_BAD_ARGUMENTS
+    return 0 if answer.done else EXIT_NO_SOLUTION
 
 
 def _check_files(options: argparse.Namespace) -> None:
@@ -161,20 +159,22 @@ def command_parser() -> argparse.ArgumentParser:
 
 def _add_forward(parser: argparse.ArgumentParser) -> None:
     _add_common(parser, _report_equilibrium)
-    _add_motors(parser)
+    add_motors(parser)
     _add_error(parser)
+    add_plot(parser, "the robot")
 
 
 def _add_inverse(parser: argparse.ArgumentParser) -> None:
     _add_common(parser, _report_equilibrium)
-    _add_pose(parser, required=True)
+    add_pose(parser, required=True)
     add_objective(parser)
     _add_error(parser)
+    add_plot(parser, "the robot")
 
 
 def _add_stability(parser: argparse.ArgumentParser) -> None:
     _add_common(parser, _report_stability)
-    _add_place(parser)
+    add_place(parser)
     parser.add_argument(
         "--motors-are",
         choices=["locked", "free"],
@@ -185,7 +185,7 @@ def _add_stability(parser: argparse.ArgumentParser) -> None:
 
 def _add_kinemato(parser: argparse.ArgumentParser) -> None:
     _add_common(parser, _report_kinemato_statics)
-    _add_place(parser)
+    add_place(parser)
     parser.add_argument(
         "--characteristic-length",
         type=length,
@@ -200,7 +200,7 @@ def _running(add_options: AddOptions, *, at_motors: bool = False) -> AddOptions:
     def add(parser: argparse.ArgumentParser) -> None:
         _add_common(parser, None)
         if at_motors:
-            _add_motors(parser)
+            add_motors(parser)
         add_options(parser)
 
     return add
@@ -210,36 +210,6 @@ def _add_compile(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(robot=None, json=False)
 
 
-def _add_place(parser: argparse.ArgumentParser) -> None:
-    """Where: at motors, at a pose, or at home."""
-    place = parser.add_mutually_exclusive_group()
-    _add_motors(place)
-    _add_pose(place)
-
-
-def _add_motors(parser: argparse._ActionsContainer) -> None:
-    parser.add_argument(
-        "--motors",
-        nargs="+",
-        type=real,
-        metavar="Q",
-        help="motor positions in the order of the motors, rad (extensible and prismatic ones: m, with a "
-        "lead rad); else home",
-    )
-
-
-def _add_pose(parser: argparse._ActionsContainer, required: bool = False) -> None:
-    parser.add_argument(
-        "--pose",
-        nargs="+",
-        type=real,
-        required=required,
-        metavar="C",
-        help="controlled coordinates in the order of the description, m and rad, as forward prints "
-        "them; orientation is qw qx qy qz" + ("" if required else "; else home"),
-    )
-
-
 def _add_error(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--error", action="store_true", help="estimate what continuous rods would change"
@@ -247,7 +217,9 @@ def _add_error(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
-    parser.set_defaults(report=report, motors=None, pose=None, objective=None)
+    parser.set_defaults(
+        run=_reported, report=report, motors=None, pose=None, objective=None, plot=None
+    )
     # argparse takes -1e-3 for an option; it knows negative numbers without an exponent only.
     parser._negative_number_matcher = _NEGATIVE_NUMBER
     parser.add_argument("robot", metavar="ROBOT", help="name of a shipped robot, or YAML file")
@@ -276,9 +248,21 @@ def _add_common(parser: argparse.ArgumentParser, report: Report | None) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON; else text")
 
 
-def _solved(robot: Robot, options: argparse.Namespace) -> Equilibrium:
+def _reported(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
+    """What a command says of one equilibrium, and its picture."""
+    equilibrium = _solved(robot, loads, options)
+    problems = written(partial(_plot_equilibrium, equilibrium), options.plot)
+    return Answer(options.report(equilibrium, options), True, problems)
+
+
+def _plot_equilibrium(equilibrium: Equilibrium, file: Path) -> None:
+    from ..drawing.path_plots import plot_equilibrium
+
+    plot_equilibrium(equilibrium, file)
+
+
+def _solved(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Equilibrium:
     """The equilibrium a command is about."""
-    loads = _loads(robot, options)
     if options.pose is not None:
         return solve_inverse(robot, options.pose, loads=loads, objective=options.objective)
     motors = solve_home(robot).motors if options.motors is None else options.motors

@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Command ``cpr modes``: how exact numbers of modes are, and which are enough."""
+"""Command ``cpr modes``: how exact numbers of modes are, also those written, and which are enough."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _TRUTH = 1e-9
 
 def add_modes_options(parser: argparse.ArgumentParser) -> None:
     """Options of ``cpr modes``."""
-    parser.set_defaults(report=None, run=_modes, modes=None, gravity=None, wrench=None)
+    parser.set_defaults(run=_modes, modes=None, gravity=None, wrench=None)
     parser.add_argument("robot", metavar="ROBOT", help="name of a shipped robot, or YAML file")
     parser.add_argument(
         "--tolerance",
@@ -56,14 +56,16 @@ def _modes(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> An
     chosen = choose_modes(robot, tolerance)
     exact = _nearly_exact(robot, tolerance)
     own = exactness_of(exact)
+    uniform = {str(modes): chosen.description.with_modes(modes) for modes in _COMPARED}
+    robots = {name: robot.with_description(described) for name, described in uniform.items()}
+    if not math.isfinite(robot.description.tolerance):
+        robots |= {"written": robot}
     rows: list[tuple[str, ComparedModes | None]] = []
-    for modes in _COMPARED:
-        uniform = robot.with_description(chosen.description.with_modes(modes))
+    for name, tried in (robots | {"chosen": chosen}).items():
         try:
-            rows.append((str(modes), compared_modes(uniform, exact)))
+            rows.append((name, compared_modes(tried, exact)))
         except NotReached:
-            rows.append((str(modes), None))
-    rows.append(("chosen", compared_modes(chosen, exact)))
+            rows.append((name, None))
     if options.json:
         return Answer(as_json(_as_dict(chosen, tolerance, own, rows)), True)
     return Answer(_as_text(chosen, tolerance, own, rows), True)

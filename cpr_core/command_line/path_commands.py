@@ -6,13 +6,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
-
-from tqdm import tqdm
 
 from ..description.loads import Loads
 from ..model.equilibrium import Equilibrium
@@ -20,19 +17,13 @@ from ..model.robot import Robot
 from ..solving.find_equilibria import FoundEquilibrium, find_equilibria
 from ..solving.geometrico_statics import solve_forward, solve_forward_by_effort, solve_inverse
 from ..solving.home import solve_home
-from ..solving.objectives import OBJECTIVES
 from ..solving.trace import Trace, trace
 from .answer import Answer, written
-from .argument_types import count, picture, real
+from .argument_types import real
 from .reports import as_json, json_number
+from .shared_options import add_objective, add_plot, add_seed, progress_bar
 
-__all__ = [
-    "add_equilibria_options",
-    "add_objective",
-    "add_seed",
-    "add_trace_options",
-    "progress_bar",
-]
+__all__ = ["add_equilibria_options", "add_trace_options"]
 
 
 def add_trace_options(parser: argparse.ArgumentParser) -> None:
@@ -75,18 +66,7 @@ def add_trace_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--past-folds", action="store_true", help="follow the branch around folds; else stop there"
     )
-    parser.add_argument(
-        "--plot", type=picture, metavar="FILE", help="draw the path (png, svg, pdf)"
-    )
-
-
-def add_objective(parser: argparse.ArgumentParser) -> None:
-    """What the freedom of redundant motors is used for."""
-    parser.add_argument(
-        "--objective",
-        choices=OBJECTIVES,
-        help="what redundant motors are used for; else least_motion",
-    )
+    add_plot(parser, "the path")
 
 
 def add_equilibria_options(parser: argparse.ArgumentParser) -> None:
@@ -100,14 +80,7 @@ def add_equilibria_options(parser: argparse.ArgumentParser) -> None:
         help="how many random starts; default %(default)s",
     )
     add_seed(parser, "seed of the random starts")
-    parser.add_argument("--plot", type=picture, metavar="FILE", help="draw them (png, svg, pdf)")
-
-
-def add_seed(parser: argparse.ArgumentParser, meaning: str) -> None:
-    """The seed of what is random."""
-    parser.add_argument(
-        "--seed", type=count, default=0, metavar="N", help=f"{meaning}; default %(default)s"
-    )
+    add_plot(parser, "them")
 
 
 def _trace(robot: Robot, loads: Loads | None, options: argparse.Namespace) -> Answer:
@@ -259,15 +232,3 @@ def _as_dict(found: FoundEquilibrium) -> dict[str, Any]:
         "platform_quaternion_wxyz": equilibrium.platform_quaternion.tolist(),
         "efforts": equilibrium.efforts.tolist(),
     }
-
-
-@contextmanager
-def progress_bar(description: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar on a terminal, nothing elsewhere."""
-    with tqdm(total=100.0, unit="%", desc=description, disable=None, leave=False) as bar:
-
-        def show(fraction: float) -> None:
-            bar.n = 100.0 * fraction
-            bar.refresh() if fraction >= 1.0 else bar.update(0)
-
-        yield show

@@ -29,8 +29,8 @@ from ..workspace.map_files import MapNotWritten
 from ..workspace.summary import summary_of
 from .answer import Answer, written
 from .argument_types import count, not_negative, number, picture, real
-from .path_commands import add_objective
 from .reports import as_json
+from .shared_options import add_objective
 
 __all__ = ["add_workspace_options"]
 

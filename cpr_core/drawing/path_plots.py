@@ -1,7 +1,7 @@
 # Copyright 2026 The cpr_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Pictures of paths and of many equilibria, with matplotlib."""
+"""Pictures of equilibria and of paths, with matplotlib."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ import numpy as np
 
 from ..errors import InvalidRequest
 from ..model.configurations import configuration_distance
+from ..model.equilibrium import Equilibrium, check_equilibrium
 from ..solving.find_equilibria import FoundEquilibrium
 from ..solving.trace import Trace
 from .robot_drawing import draw_equilibrium, set_equal_scale
 
-__all__ = ["new_figure", "plot_equilibria", "plot_trace", "save_figure"]
+__all__ = ["new_figure", "plot_equilibria", "plot_equilibrium", "plot_trace", "save_figure"]
 
 #: Colours that the colour-blind tell apart (Okabe and Ito).
 _BLUE, _ORANGE, _GREEN, _RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -72,6 +73,28 @@ def plot_trace(found: Trace, file: Path) -> None:
         axes.grid(alpha=0.3)
         _mark_events(axes, found, _steps_of_events(found) if by_step else None, place == 4)
     figure.suptitle(found.robot.description.name)
+    save_figure(figure, file)
+
+
+def plot_equilibrium(equilibrium: Equilibrium, file: str | Path) -> None:
+    """Draw one equilibrium: blue if it is stable with the motors held, else grey.
+
+    Args:
+        equilibrium: The equilibrium.
+        file: Picture to write; its ending tells the format.
+
+    Raises:
+        InvalidRequest: No equilibrium, or the ending names no format of pictures.
+    """
+    check_equilibrium(equilibrium)
+    robot = equilibrium.robot
+    figure = new_figure((7.0, 6.0))
+    figure.get_layout_engine().set(rect=(0.0, 0.0, 0.93, 1.0))  # names of upright axes stand out
+    axes = figure.add_subplot(projection=None if robot.planar else "3d")
+    draw_equilibrium(axes, equilibrium, color=_BLUE if equilibrium.stable else _GREY)
+    set_equal_scale(axes)
+    state = "stable" if equilibrium.stable else f"index {equilibrium.index_locked}"
+    figure.suptitle(f"{robot.description.name}: {state} with the motors held")
     save_figure(figure, file)
 
 

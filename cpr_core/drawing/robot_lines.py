@@ -68,13 +68,13 @@ def robot_lines(robot: Robot, shapes: Sequence[LegShape]) -> RobotLines:
     own = [(shape, shape.rod == rod) for shape in shapes for rod in range(shape.rod.max() + 1)]
     curvatures = [bending_curvature(shape.curvature[along]) for shape, along in own]
     largest = max((float(curvature.max()) for curvature in curvatures), default=0.0)
-    straight = max(np.pi / robot.mean_length, largest)
+    reddest = max(np.pi / robot.mean_length, largest)
     links = [pair for shape in shapes for piece in shape.rigid_pieces for pair in pairwise(piece)]
     joints = [joint for shape in shapes for joint in shape.joints if joint.kind != "fixed"]
     tips = np.array([shape.position[-1] for shape in shapes])
     return RobotLines(
         rods=tuple(shape.position[along] for shape, along in own),
-        shades=tuple(shades(curvature / straight) for curvature in curvatures),
+        shades=tuple(shades(curvature / reddest) for curvature in curvatures),
         links=np.array(links).reshape(-1, 2, 3),
         joints=np.array([joint.position for joint in joints]).reshape(-1, 3),
         driven=np.array([joint.motor is not None for joint in joints], np.bool_),

@@ -187,6 +187,6 @@ def interpolated_loads(first: LoadArrays, last: LoadArrays, fraction: float) -> 
             return between(start.view("f8"), end.view("f8")).view(start.dtype)
         return (1.0 - fraction) * start + fraction * end
 
-    on_rods = np.maximum(first.on_rods, last.on_rods)  # from none to some they go below none
-    between_both = LoadArrays(*[between(*pair) for pair in zip(first, last, strict=True)])
-    return between_both._replace(on_rods=on_rods)
+    found = LoadArrays(*[between(*pair) for pair in zip(first, last, strict=True)])
+    # Whether there are any is no number: beyond the end at which there are none it would be negative.
+    return found._replace(on_rods=np.maximum(first.on_rods, last.on_rods))

@@ -46,6 +46,20 @@ def test_forward_without_motors_is_home(solved, name):
     assert_allclose(result["platform"]["position"], home.platform_position, rtol=0.0, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "arguments", [("forward", "delta"), ("inverse", "rfrfr", "--pose", 0, 0.5, "--json")]
+)
+def test_the_robot_is_drawn_where_it_is_asked_for(cpr, tmp_path, arguments):
+    picture = tmp_path / "robot.png"
+    without = cpr(*arguments)
+    assert cpr(*arguments, "--plot", picture) == without
+    assert without[0] == 0
+    assert picture.read_bytes()[1:4] == b"PNG"
+    (tmp_path / "folder.png").mkdir()
+    status, _, told = cpr(*arguments, "--plot", tmp_path / "folder.png")
+    assert status == 2 and "expected a file" in told
+
+
 def test_motors_and_ways_may_be_parts_of_pi(solved):
     parts = solved("forward", "rfrfr", "--motors", "5pi/6", "-pi/16")
     numbers = solved("forward", "rfrfr", "--motors", 5 * np.pi / 6, -np.pi / 16)

@@ -21,7 +21,7 @@ from cpr_core import (
     solve_inverse,
     trace,
 )
-from cpr_core.command_line import main, path_commands
+from cpr_core.command_line import main, path_commands, shared_options
 
 SOLVES = {"motors": solve_forward, "pose": solve_inverse, "efforts": solve_forward_by_effort}
 #: A load, as an argument and as an option.
@@ -205,7 +205,7 @@ def test_progress_is_told_in_percent_on_a_terminal(monkeypatch):
     terminal = io.StringIO()
     terminal.isatty = lambda: True
     monkeypatch.setattr(sys, "stderr", terminal)
-    with path_commands.progress_bar("of the way") as show:
+    with shared_options.progress_bar("of the way") as show:
         show(1.0)
     assert "of the way: 100%" in terminal.getvalue()
 

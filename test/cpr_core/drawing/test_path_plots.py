@@ -65,7 +65,24 @@ def test_a_trace_of_nothing_is_drawn_where_it_was_stopped(tmp_path):
     assert (tmp_path / "picture.PNG").read_bytes()[1:4] == b"PNG"
 
 
+@pytest.mark.parametrize(("name", "lines"), [("rfrfr", 2), ("two_rods", 4)])
+def test_one_equilibrium_is_drawn_and_called_what_it_is(name, lines, monkeypatch, tmp_path):
+    figures = []
+    monkeypatch.setattr(path_plots, "save_figure", lambda figure, _: figures.append(figure))
+    home = solve_home(load_robot(name))
+    found = find_equilibria(home.robot, home.motors, starts=100)
+    unstable = next(entry.equilibrium for entry in found if not entry.stable)
+    for equilibrium, state in ((home, "stable"), (unstable, f"index {unstable.index_locked}")):
+        path_plots.plot_equilibrium(equilibrium, tmp_path / "picture.png")
+        figure = figures.pop()
+        assert figure.get_suptitle() == f"{name}: {state} with the motors held"
+        rods = [line for line in figure.axes[0].lines if len(line.get_xdata()) == 40]
+        assert len(rods) == lines
+
+
 def test_a_picture_of_no_equilibrium_is_refused(tmp_path):
+    with pytest.raises(InvalidRequest, match="expected an Equilibrium"):
+        path_plots.plot_equilibrium("home", tmp_path / "picture.png")
     with pytest.raises(InvalidRequest, match="at least one equilibrium"):
         path_plots.plot_equilibria([], tmp_path / "picture.png")
 

@@ -339,6 +339,8 @@ def test_the_command_prints_a_table_and_what_was_chosen(capsys):
     }
     compared = {row["modes"]: row for row in found["compared"]}
     assert compared["chosen"]["difference"] <= 1e-6 < compared["5"]["difference"]
+    written = compared["written"]  # 5
+    assert written["difference"] == pytest.approx(compared["5"]["difference"], rel=1e-6)
     assert found["reference_error"] <= 1e-9
     assert compared["3"]["strain_coordinates"] == 6
     assert all(
