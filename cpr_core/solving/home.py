@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 
 #: Position of a motor, in its units, beyond which rounding hides where it is.
 _COUNTED = 1e9
-#: Misfit of a tip [rad] that is one of directions turned around.
+#: Misfit of a tip that fits but for it [rad], as where a direction is turned around.
 _OPPOSITE = 3.0
 #: Misfit of a tip [rod lengths and rad] below which springs have closed its joint.
 _FITS = 0.01
@@ -197,6 +197,6 @@ def _worst_gap(robot: Robot, place: Configuration) -> tuple[float, str]:
             text = f"there {leg.name} misses its tip joint by {gap:.3g} m"
             if len(leg.joint.orientation(robot.planar)):
                 text += f" and {turn:.3g} rad"
-            if turn > _OPPOSITE:
+            if turn > _OPPOSITE and gap < _FITS * robot.mean_length:
                 text += " (does its tangent, normal or axis point the other way?)"
     return worst, text

@@ -89,7 +89,9 @@ def test_thresholds_that_halt_a_robot_at_home_are_told_when_it_is_configured(tmp
     process = NodeProcess(tmp_path / "node.log", free_domain(), given)
     process.wait_for_log("ready")
     assert process.stop() == 0
-    (warned,) = (line for line in process.output().splitlines() if "[WARN]" in line)
+    warnings = [line for line in process.output().splitlines() if "[WARN]" in line]
+    bow, warned = sorted(warnings, key=lambda line: "home.bow" not in line)
+    assert "home.bow: leg" in bow and "to the other side" in bow
     assert "inverse.smallest_singular_value 0.0029" in warned
     assert "is below inverse_singularity_stop 0.01 here: platform setpoints" in warned
     assert "are halted" in warned
