@@ -27,7 +27,7 @@ from .bracketing import (
     distance,
     landing,
 )
-from .crossings import crossing_ways, several_cross, several_meet
+from .crossings import SINGULAR, VANISHED, crossing_ways, several_cross, several_meet
 from .events import EventKind, PathEvent
 from .hidden_changes import Hidden, hidden_between
 from .limits import Limit
@@ -189,15 +189,16 @@ class _Walker:
                 step = 10.0 * SMALLEST_STEP * longest
             elif differ(point, next_point):
                 low, high = bracket_by_fraction(self.path, point, ahead, next_point)
-                singular = high is None or low.index != high.index
-                told = high is not None and distance(low, high) <= SAME_PLACE
-                if (singular or not told) and several_cross(self.path, low):
-                    raise self._ended_at_crossing(low, point, SEVERAL)
-                if high is not None and told and (self.path.problem == "pose" or not singular):
+                regular = self.path.problem == "pose" or high is None or low.index == high.index
+                if high is None or not regular or distance(low, high) > SAME_PLACE:
+                    if several_cross(self.path, low):
+                        raise self._ended_at_crossing(low, point, SEVERAL)
+                    point = self._by_arc_length(point)  # the step had jumped over something
+                else:
+                    if low.index != high.index and several_cross(self.path, low, VANISHED):
+                        raise self._ended_at_crossing(low, point, SEVERAL)
                     self._note(low, high)
                     point = high
-                else:
-                    point = self._by_arc_length(point)  # the step had jumped over something
                 step = min(step, 10.0 * max(point.fraction - low.fraction, SMALLEST_STEP * longest))
                 before = None
             else:
@@ -250,9 +251,10 @@ class _Walker:
                 if low.fraction > 1.0 and arc > SMALLEST_ARC:
                     arc *= 0.5  # it happens beyond the end, which was stepped over
                     continue
-                singular = low.index != high.index or low.sign != high.sign
-                if singular and several_cross(self.path, low):
-                    raise self._ended_at_crossing(low, point, SEVERAL)
+                if low.index != high.index or low.sign != high.sign:
+                    bound = VANISHED if low.index == high.index else SINGULAR
+                    if several_cross(self.path, low, bound):
+                        raise self._ended_at_crossing(low, point, SEVERAL)
                 self._note(low, high)
                 if differ(high, next_point):  # something more happens within the step
                     next_point, end = beyond, None

@@ -13,10 +13,12 @@ import scipy
 from .bracketing import LOCATION
 from .path import Path, Point
 
-__all__ = ["SINGULAR", "crossing_ways", "several_cross", "several_meet"]
+__all__ = ["SINGULAR", "VANISHED", "crossing_ways", "several_cross", "several_meet"]
 
 #: Smallest singular value of a dimensionless problem where branches may cross.
 SINGULAR = 1e-4
+#: The same at a point that is located: soft robots have smaller ones than the above everywhere.
+VANISHED = 1e-6
 
 
 def several_meet(path: Path, point: Point, next_point: Point) -> bool:
@@ -39,13 +41,13 @@ def several_meet(path: Path, point: Point, next_point: Point) -> bool:
     return meeting is not None and several_cross(path, meeting)
 
 
-def several_cross(path: Path, point: Point) -> bool:
+def several_cross(path: Path, point: Point, bound: float = SINGULAR) -> bool:
     """Whether more than two branches meet, as on symmetric paths of symmetric robots."""
-    return crossing_ways(path, point) > 1
+    return crossing_ways(path, point, bound) > 1
 
 
-def crossing_ways(path: Path, point: Point) -> int:
-    """In how many ways branches may go on at a point, to first order."""
+def crossing_ways(path: Path, point: Point, bound: float = SINGULAR) -> int:
+    """In how many ways branches may go on at a point, to first order: singular values below a bound."""
     if math.isnan(point.equilibrium.margin):  # what hangs is hardly held anywhere
-        return path.bent_ways(point, SINGULAR)
-    return int(np.sum(path.singular_values(point) < SINGULAR))
+        return path.bent_ways(point, bound)
+    return int(np.sum(path.singular_values(point) < bound))
