@@ -34,6 +34,7 @@ from .limits import Limit
 from .passed_events import differ, event_between, hidden_on_path, limit_passed
 from .path import OutOfTime, Path, Point, Tangent
 from .targets import Target
+from .taut_rods import taut_legs
 
 __all__ = ["Walk", "follow"]
 
@@ -289,7 +290,9 @@ class _Walker:
                 and self._regular(point, tangent)
             ):
                 return point
-        raise self._ended(point, "lost", f"it is farther than {most} steps along the branch")
+        farther = f"it is farther than {most} steps along the branch"
+        taut = taut_legs(point.equilibrium)
+        raise self._ended(point, "lost", f"{farther} ({taut})" if taut else farther)
 
     def _regular(self, point: Point, tangent: Tangent) -> bool:
         """Whether a step at a fraction is possible again, as long as the one that had failed."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cpr_core import Equilibrium, Robot
+from cpr_core import Equilibrium, InvalidRequest, Robot
 from cpr_core.lie import turned
 
 from ..following.goals import PoseGoal
@@ -100,6 +100,16 @@ class Jogger:
         self._goal = JogGoal(self.robot, self._loop.uncorrected(equilibrium))
         self._moving, self._last, self._from = False, now, None
         return self._goal
+
+    def check_told(self, twist: PlatformTwist, equilibrium: Equilibrium) -> None:
+        """Whether what the robot controls tells a twist: what it does not tell would be lost.
+
+        Raises:
+            InvalidRequest: Its angles do not, where the model is.
+        """
+        rotation = equilibrium.platform_rotation
+        if untold := self._coordinates.untold(twist.in_base(rotation), rotation):
+            raise InvalidRequest("twist", untold)
 
     def take(self, twist: PlatformTwist, now: float) -> None:
         """Take a twist; the newest counts."""

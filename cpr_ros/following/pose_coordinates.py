@@ -16,6 +16,7 @@ from cpr_core.kernels.twist_layout import ANGULAR, FIRST_LINEAR, LINEAR
 from cpr_core.lie import (
     angle_motions,
     quaternion_from_rotation,
+    roll_pitch_yaw,
     rotation_exp,
     rotation_from_quaternion,
     turn_between,
@@ -27,6 +28,8 @@ __all__ = ["PoseCoordinates", "pose_coordinates"]
 Floats = NDArray[np.float64]
 
 _TURN = 2.0 * math.pi
+#: Part of a turn that angles may leave out, and rate of one per rate of the turn (a pitch of 1.47 rad).
+_UNTOLD, _FASTEST = 1e-6, 10.0
 
 
 class PoseCoordinates:
@@ -120,10 +123,26 @@ class PoseCoordinates:
         """
         rates = twist
         if self._controls_angles:
-            # At a pitch of 90 degrees they are not unique.
-            angles = np.linalg.lstsq(angle_motions(rotation), twist[ANGULAR], rcond=None)[0]
-            rates = np.concatenate([angles, twist[LINEAR]])
+            rates = np.concatenate([_angle_rates(twist, rotation)[0], twist[LINEAR]])
         return rates[self._axes]
+
+    def untold(self, twist: Floats, rotation: Floats) -> str:
+        """Why single angles do not tell the turn of a twist, in words; empty: they do.
+
+        Arguments as in :meth:`velocity`.
+        """
+        largest = float(np.abs(twist[ANGULAR]).max())
+        if not self._controls_angles or largest == 0.0:
+            return ""
+        rates, left = _angle_rates(twist / largest, rotation)
+        fastest = float(np.abs([rates[axis] for axis in self._axes if axis < FIRST_LINEAR]).max())
+        if left <= _UNTOLD and fastest <= _FASTEST:
+            return ""
+        pitch = float(roll_pitch_yaw(rotation)[1])
+        return (
+            f"at a pitch of {pitch:.3g} rad the angles that are controlled do not tell this turn: near "
+            "pi/2 roll and yaw are about one axis; turn the platform's frame, or control its orientation"
+        )
 
     def _parts(self, way: Floats) -> tuple[list[float], list[float]]:
         """Positions [m] and angles [rad] of a way."""
@@ -131,6 +150,14 @@ class PoseCoordinates:
         for axis, number in zip(self._axes, way.tolist(), strict=True):
             (positions if axis >= FIRST_LINEAR else angles).append(number)
         return positions, angles
+
+
+def _angle_rates(twist: Floats, rotation: Floats) -> tuple[Floats, float]:
+    """Rates of roll, pitch and yaw of a twist, (3,), and how much of its turn they leave out [rad/s]."""
+    motions, turn = angle_motions(rotation), twist[ANGULAR]
+    # At a pitch of 90 degrees they are not unique.
+    rates: Floats = np.linalg.lstsq(motions, turn, rcond=None)[0]
+    return rates, float(np.linalg.norm(motions @ rates - turn))
 
 
 @kept_with_robot

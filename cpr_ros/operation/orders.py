@@ -100,7 +100,9 @@ class Orders:
 
         Raises:
             RequestError: The node takes none now.
+            InvalidRequest: A turn that the angles the robot controls do not tell.
         """
+        self.jogger.check_told(twist, self.solver.current.equilibrium)
         if not self.jogger.drives(self.follower.goal):
             if twist.rests:
                 return

@@ -9,10 +9,11 @@ from cpr_msgs.msg import ErrorCode
 from geometry_msgs.msg import TwistStamped
 from helpers.closed_loop import FRAMES, PERIOD, ClosedLoop, live
 from helpers.drive import robot, uncontrolled_robot
+from helpers.yaml_content import shipped_content
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cpr_core import CprError, solve_home
+from cpr_core import CprError, InvalidRequest, load_robot, solve_home
 from cpr_core.lie import rotation_exp, rotation_log
 from cpr_ros.closed_loop.jogging import Jogger, JogGoal, PlatformTwist
 from cpr_ros.closed_loop.pose_loop import PoseLoop
@@ -191,6 +192,28 @@ def test_the_measured_platform_moves_where_it_is_jogged():
     assert wanted[1] == pytest.approx(0.7, abs=1e-8)
     assert jog.error(wanted) < 1e-4
     assert jog.longest_step <= SLACK
+
+
+@pytest.mark.filterwarnings("ignore:.*controlled. at home the platform has a pitch")
+def test_a_turn_that_the_angles_do_not_tell_is_refused():
+    """With the platform's x along its normal roll is about the axis of yaw: the turn was lost."""
+    content = shipped_content("three_rfs")
+    for leg in content["legs"]:
+        x, y, z = leg["tip"]["position"]
+        leg["tip"]["position"] = [z, y, -x]
+    home, turned = solve_home(robot("three_rfs")), solve_home(load_robot(content))
+    for equilibrium, refused in ((home, ""), (turned, "do not tell this turn")):
+        jogger = Jogger(
+            equilibrium.robot, PERIOD, PoseLoop(equilibrium.robot, PERIOD, live().loop), 0.25
+        )
+        for size in (1e-9, 1.0, 1e300):
+            for axis in ((size, 0.0, 0.0), (0.6 * size, 0.8 * size, 0.0)):
+                if refused:
+                    with pytest.raises(InvalidRequest, match=f"at a pitch of .*{refused}"):
+                        jogger.check_told(twisted(angular=axis), equilibrium)
+                else:
+                    jogger.check_told(twisted(angular=axis), equilibrium)
+            jogger.check_told(twisted(linear=(0.0, 0.0, size)), equilibrium)
 
 
 floats = st.floats(allow_nan=False, allow_infinity=False)
