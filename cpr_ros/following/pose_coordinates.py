@@ -156,7 +156,7 @@ def _angle_rates(twist: Floats, rotation: Floats) -> tuple[Floats, float]:
     """Rates of roll, pitch and yaw of a twist, (3,), and how much of its turn they leave out [rad/s]."""
     motions, turn = angle_motions(rotation), twist[ANGULAR]
     # At a pitch of 90 degrees they are not unique.
-    rates: Floats = np.linalg.lstsq(motions, turn, rcond=None)[0]
+    rates = np.asarray(np.linalg.lstsq(motions, turn, rcond=None)[0], np.float64)
     return rates, float(np.linalg.norm(motions @ rates - turn))
 
 
