@@ -50,7 +50,8 @@ def doubt_home(guess: HomeGuess, unloaded: Equilibrium, home: Equilibrium) -> No
     _doubt_turn(guess, home)
     _doubt_angles(home)
     if guess.strain is None:  # else somebody knows how rods are bent and wound
-        _doubt_sides(guess, unloaded)
+        if any(side is not None for side in guess.bow):
+            _doubt_sides(guess, unloaded)
         _doubt_winding(unloaded)
 
 
