@@ -94,7 +94,7 @@ def plot_equilibrium(equilibrium: Equilibrium, file: str | Path) -> None:
     draw_equilibrium(axes, equilibrium, color=_BLUE if equilibrium.stable else _GREY)
     set_equal_scale(axes)
     state = "stable" if equilibrium.stable else f"index {equilibrium.index_locked}"
-    figure.suptitle(f"{robot.description.name}: {state} with the motors held")
+    axes.set_title(f"{robot.description.name}: {state} with the motors held")
     save_figure(figure, file)
 
 

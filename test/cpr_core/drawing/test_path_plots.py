@@ -75,7 +75,7 @@ def test_one_equilibrium_is_drawn_and_called_what_it_is(name, lines, monkeypatch
     for equilibrium, state in ((home, "stable"), (unstable, f"index {unstable.index_locked}")):
         path_plots.plot_equilibrium(equilibrium, tmp_path / "picture.png")
         figure = figures.pop()
-        assert figure.get_suptitle() == f"{name}: {state} with the motors held"
+        assert figure.axes[0].get_title() == f"{name}: {state} with the motors held"
         rods = [line for line in figure.axes[0].lines if len(line.get_xdata()) == 40]
         assert len(rods) == lines
 
