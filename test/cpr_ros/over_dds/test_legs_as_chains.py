@@ -13,7 +13,7 @@ from helpers.node_process import running_node
 from helpers.shipped_steps import CHAINS, REDUNDANT, STEPS
 from visualization_msgs.msg import MarkerArray
 
-from cpr_core import load_robot, solve_forward, solve_home
+from cpr_core import leg_shapes, load_robot, solve_forward, solve_home
 from cpr_ros.messages.equilibrium_messages import platform_pose
 from cpr_ros.messages.frames import Frames
 
@@ -50,7 +50,15 @@ def test_forward_is_that_of_the_library_and_setpoints_are_followed(running):
             position + expected.platform_rotation @ leg.joint.position
             for leg in robot.description.legs
         ]
-        node.client.spin_until(lambda: markers and all(_reaches(markers[-1], tip) for tip in tips))
+        ends = [
+            shape.position[shape.rod == rod][-1]
+            for shape in leg_shapes(expected)
+            for rod in range(shape.rod.max() + 1)
+        ]
+        node.client.spin_until(
+            lambda: markers and np.allclose(_ends(markers[-1]), ends, rtol=0.0, atol=1e-6)
+        )
+        assert all(_reaches(markers[-1], tip) for tip in tips)
     finally:
         driver.close()
         node.client.node.destroy_subscription(subscription)
@@ -76,9 +84,14 @@ def test_inverse_and_platform_setpoints_lead_back_to_the_motors(running):
         driver.close()
 
 
+def _ends(message):
+    """Where the lines of the rods end, (R, 3)."""
+    ends = [marker.points[-1] for marker in message.markers if marker.ns == "legs"]
+    return np.array([[end.x, end.y, end.z] for end in ends])
+
+
 def _reaches(message, tip):
     """Whether a rod, or a link behind it, ends at a tip, (3,)."""
-    rods = [marker.points[-1] for marker in message.markers if marker.ns == "legs"]
     links = [point for marker in message.markers if marker.ns == "links" for point in marker.points]
-    ends = [[end.x, end.y, end.z] for end in rods + links]
-    return np.abs(ends - tip).max(axis=1).min() < 1e-6
+    ends = [*_ends(message), *([point.x, point.y, point.z] for point in links)]
+    return np.abs(np.array(ends) - tip).max(axis=1).min() < 1e-6
