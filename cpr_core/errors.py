@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -19,6 +19,7 @@ __all__ = [
     "NonFiniteInput",
     "UnknownParameter",
     "distinct",
+    "first_of",
     "rounded_seconds",
     "warnings_as_lines",
 ]
@@ -122,6 +123,12 @@ def distinct(*numbers: float, fewest: int = _FEWEST) -> list[str]:
         if len(set(texts)) == len(set(numbers)):
             break
     return texts
+
+
+def first_of(names: Sequence[str]) -> str:
+    """The first of some names, and how many there are besides: ``leg1 (and 2 more)``."""
+    more = len(names) - 1
+    return f"{names[0]} (and {more} more)" if more else names[0]
 
 
 def rounded_seconds(time: float) -> str:

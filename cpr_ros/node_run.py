@@ -13,7 +13,7 @@ from typing import NoReturn
 
 import rclpy
 from rclpy.exceptions import ParameterException
-from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from cpr_core import CprError
@@ -21,6 +21,7 @@ from cpr_core.errors import warnings_as_lines
 
 from .node import CprNode
 from .process.core_log import core_log_in
+from .process.spinning import spin
 from .process.stop_signal import StopSignal
 
 __all__ = ["run"]
@@ -52,7 +53,7 @@ def run(
                 if node.parameters.autostart and not node.start():
                     status = 1
                 else:
-                    _spin(node, executor, stop)
+                    spin(executor, stop, node.log_exception, node.until_due, node.do_what_is_due)
     except Exception as error:
         if not stop.requested:
             known = isinstance(error, CprError | ParameterException)
@@ -81,15 +82,3 @@ def _light_executor() -> Executor:
     except ImportError:
         return SingleThreadedExecutor()
     return EventsExecutor()
-
-
-def _spin(node: CprNode, executor: Executor, stop: StopSignal) -> None:
-    """Spin until a signal comes; no message of a client may end the node."""
-    while rclpy.ok() and not stop.requested:
-        try:
-            executor.spin_once(timeout_sec=min(0.1, node.until_due()))
-            node.do_what_is_due()
-        except ExternalShutdownException:
-            return
-        except Exception:  # rclpy raises for malformed parameter messages, for one
-            node.log_exception()

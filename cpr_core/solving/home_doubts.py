@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.robot_description import HomeGuess
-from ..errors import DescriptionWarning
+from ..errors import DescriptionWarning, first_of
 from ..lie import roll_pitch_yaw, rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.shape import LegShape, leg_shapes
@@ -112,8 +112,7 @@ def _doubt_sides(guess: HomeGuess, unloaded: Equilibrium) -> None:
         if side is not None and leg.rods and _stands_out(shape, side) < -_OTHER_SIDE
     ]
     if otherwise:
-        more = len(otherwise) - 1
-        legs = f"{otherwise[0]} (and {more} more) bow" if more else f"{otherwise[0]} bows"
+        legs = f"{first_of(otherwise)} {'bow' if len(otherwise) > 1 else 'bows'}"
         warnings.warn(
             f"{description.source}: home.bow: {legs} to the other side in the home equilibrium found, "
             "before there are loads: give other motors, the side to which it bows, or strain",
@@ -142,11 +141,10 @@ def _doubt_winding(unloaded: Equilibrium) -> None:
         windings[leg] = max(windings.get(leg, 0.0), angle, key=abs)
     wound = {leg: abs(angle) for leg, angle in windings.items() if abs(angle) > _WOUND}
     if wound:
-        worst = max(wound, key=lambda leg: wound[leg])
-        more = f" (and {len(wound) - 1} more)" if len(wound) > 1 else ""
+        worst = sorted(wound, key=lambda leg: wound[leg], reverse=True)
         warnings.warn(
-            f"{robot.description.source}: home: {worst}{more} is wound by {wound[worst]:.3g} rad "
-            f"there, before there are loads: check {_DIRECTIONS}",
+            f"{robot.description.source}: home: {first_of(worst)} is wound by "
+            f"{wound[worst[0]]:.3g} rad there, before there are loads: check {_DIRECTIONS}",
             DescriptionWarning,
             stacklevel=3,
         )

@@ -32,7 +32,8 @@ class MapTab:
         self._cloud: Any = None
         self._told, self._refused = "", ""
         upload: Any = gui.add_upload_button("open a map (.nc)")
-        self._text = gui.add_markdown("A map as `cpr workspace --out` writes it.")
+        self._told = "A map as `cpr workspace --out` writes it."
+        self._text = gui.add_markdown(self._told)
         self._shown: Any = gui.add_checkbox("show map", True, visible=False)
 
         async def opened(event: Any) -> None:
@@ -81,16 +82,14 @@ class MapTab:
 
     def show(self, handled: HandledRobot) -> None:
         """Show the map while it is one of the robot under the loads that act."""
-        if self._layer is None:
-            return
-        other = _other(handled, self._layer)
+        other = "" if self._layer is None else _other(handled, self._layer)
         text = (
             f"The map is of other {other}: it is shown when they are as they were."
             if other
             else self._told
         )
-        visible = self._shown.value and not other
-        send_new(self._cloud, visible=visible)
+        if self._layer is not None:
+            send_new(self._cloud, visible=self._shown.value and not other)
         send_new(self._text, content=f"{self._refused}{text}")
 
     def _open_bytes(self, handled: HandledRobot, name: str, content: bytes) -> None:
@@ -102,7 +101,6 @@ class MapTab:
             except CprError as error:
                 problem = str(error).replace(str(file), name)
                 self._refused = f"**not a map of this robot**: {as_plain(problem)}\n\n"
-                self._text.content = self._refused
                 self.show(handled)  # the one before stays
 
     def _go_to_clicked(self, handled: HandledRobot, origin: Any, direction: Any) -> None:

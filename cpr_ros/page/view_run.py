@@ -10,12 +10,13 @@ import sys
 
 import rclpy
 from rclpy.exceptions import NameValidationException
-from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from cpr_core import CprError
 
+from ..process.spinning import spin
 from ..process.stop_signal import StopSignal
 from .view_node import ViewNode
 
@@ -58,20 +59,9 @@ def run(arguments: list[str]) -> int:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     try:
-        _spin(node, executor, stop)
+        spin(executor, stop, node.log_exception)
     finally:
         node.page.close()
         node.destroy_node()
         rclpy.try_shutdown()
     return 0
-
-
-def _spin(node: ViewNode, executor: Executor, stop: StopSignal) -> None:
-    """Spin until a signal comes; no message of a client may end the page."""
-    while rclpy.ok() and not stop.requested:
-        try:
-            executor.spin_once(timeout_sec=0.1)
-        except ExternalShutdownException:
-            return
-        except Exception:  # rclpy raises for malformed parameter messages, for one
-            node.log_exception()
