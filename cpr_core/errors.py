@@ -19,7 +19,7 @@ __all__ = [
     "NonFiniteInput",
     "UnknownParameter",
     "distinct",
-    "first_of",
+    "first_and_others",
     "rounded_seconds",
     "warnings_as_lines",
 ]
@@ -125,7 +125,7 @@ def distinct(*numbers: float, fewest: int = _FEWEST) -> list[str]:
     return texts
 
 
-def first_of(names: Sequence[str]) -> str:
+def first_and_others(names: Sequence[str]) -> str:
     """The first of some names, and how many there are besides: ``leg1 (and 2 more)``."""
     more = len(names) - 1
     return f"{names[0]} (and {more} more)" if more else names[0]

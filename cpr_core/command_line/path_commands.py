@@ -210,6 +210,7 @@ def _equilibria(robot: Robot, loads: Loads | None, options: argparse.Namespace) 
             f"  {equilibrium.energy:11.6f}  {equilibrium.index_locked:12d}"
             f"  {equilibrium.index_free:4d}  {entry.starts:6d}"
             f"  {place}{'  branch of home' if entry.from_home else ''}"
+            f"{f'  ({entry.beyond})' if entry.beyond else ''}"
         )
     return Answer("\n".join(lines), bool(found), problems)
 
@@ -228,6 +229,7 @@ def _as_dict(found: FoundEquilibrium) -> dict[str, Any]:
         "index_free": equilibrium.index_free,
         "from_home": found.from_home,
         "starts": found.starts,
+        "beyond": found.beyond,
         "platform_position": equilibrium.platform_position.tolist(),
         "platform_quaternion_wxyz": equilibrium.platform_quaternion.tolist(),
         "efforts": equilibrium.efforts.tolist(),

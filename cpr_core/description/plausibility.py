@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description_part import Part
-from ..errors import first_of
+from ..errors import first_and_others
 from .chain import ChainJoint, Link
 from .chain_element import ChainElement
 from .leg_description import DescribedMotor
@@ -196,7 +196,7 @@ def check_places(part: Part, description: RobotDescription) -> None:
             raise part.fail(name, f"more than {_BEYOND:g} rod lengths away: {MILLIMETRES}")
     found = [name for name, distance in distances if distance > FAR]
     if found:
-        part.warn(first_of(found), f"more than {FAR:g} rod lengths away: {MILLIMETRES}")
+        part.warn(first_and_others(found), f"more than {FAR:g} rod lengths away: {MILLIMETRES}")
     longest, middle = reach_of(description)
     if math.hypot(*middle) > _FROM_THE_WORLD * longest:
         part.warn(

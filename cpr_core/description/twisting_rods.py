@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from ..description_part import Part
-from ..errors import first_of
+from ..errors import first_and_others
 from ..lie import skew
 from .leg_description import LegDescription
 from .robot_description import RobotDescription
@@ -38,12 +38,12 @@ def check_twist(part: Part, description: RobotDescription) -> None:
     }
     if not twisted:
         return
-    why = next(iter(twisted.values()))
+    named, why = first_and_others(list(twisted)), next(iter(twisted.values()))
     part.warn(
         "strain",
-        f"no torsion is written, and 0 is the default, but {first_of(list(twisted))} would twist under "
-        f"load: {why}; give torsion: 2, a tolerance in place of numbers of modes, or torsion: 0 if that "
-        "is meant (error_of tells what it does)",
+        f"no torsion is written, and 0 is the default, but {named} would twist under load: {why}; "
+        "give torsion: 2, a tolerance in place of numbers of modes, or torsion: 0 if that is meant "
+        "(error_of tells what it does)",
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..description.robot_description import HomeGuess
-from ..errors import DescriptionWarning, first_of
+from ..errors import DescriptionWarning, first_and_others
 from ..lie import roll_pitch_yaw, rotation_log
 from ..model.equilibrium import Equilibrium
 from ..model.shape import LegShape, leg_shapes
@@ -112,7 +112,7 @@ def _doubt_sides(guess: HomeGuess, unloaded: Equilibrium) -> None:
         if side is not None and leg.rods and _stands_out(shape, side) < -_OTHER_SIDE
     ]
     if otherwise:
-        legs = f"{first_of(otherwise)} {'bow' if len(otherwise) > 1 else 'bows'}"
+        legs = f"{first_and_others(otherwise)} {'bow' if len(otherwise) > 1 else 'bows'}"
         warnings.warn(
             f"{description.source}: home.bow: {legs} to the other side in the home equilibrium found, "
             "before there are loads: give other motors, the side to which it bows, or strain",
@@ -143,7 +143,7 @@ def _doubt_winding(unloaded: Equilibrium) -> None:
     if wound:
         worst = sorted(wound, key=lambda leg: wound[leg], reverse=True)
         warnings.warn(
-            f"{robot.description.source}: home: {first_of(worst)} is wound by "
+            f"{robot.description.source}: home: {first_and_others(worst)} is wound by "
             f"{wound[worst[0]]:.3g} rad there, before there are loads: check {_DIRECTIONS}",
             DescriptionWarning,
             stacklevel=3,

@@ -120,4 +120,5 @@ def label_of(found: FoundEquilibrium) -> str:
     equilibrium = found.equilibrium
     kind = "stable" if found.stable else f"index {equilibrium.index_locked}"
     home = ", branch of home" if found.from_home else ""
-    return f"{equilibrium.energy:.5g} J, {kind}, met {found.starts} times{home}"
+    beyond = ", beyond a limit" if found.beyond else ""
+    return f"{equilibrium.energy:.5g} J, {kind}, met {found.starts} times{home}{beyond}"

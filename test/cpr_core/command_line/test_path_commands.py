@@ -177,6 +177,7 @@ def test_equilibria_are_those_of_the_library(capsys):
     for told, entry in zip(found, expected, strict=True):
         at = entry.equilibrium
         assert (told["starts"], told["from_home"]) == (entry.starts, entry.from_home)
+        assert told["beyond"] == entry.beyond
         assert (told["index_locked"], told["index_free"]) == (at.index_locked, at.index_free)
         assert told["energy"] == pytest.approx(at.energy)
         assert told["efforts"] == pytest.approx(at.efforts)

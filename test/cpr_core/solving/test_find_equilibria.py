@@ -12,7 +12,7 @@ import pytest
 from helpers.rigid_leg import rigid_leg
 
 from benchmarks.robustness import distance, residual
-from cpr_core import InvalidRequest, load_robot, solve_forward, solve_home
+from cpr_core import InvalidRequest, MotorLimitExceeded, load_robot, solve_forward, solve_home
 from cpr_core.reference.conjugate_points import conjugate_points
 from cpr_core.reference.continuous_rods import solve_continuous
 from cpr_core.solving.assembly import turned_over
@@ -21,6 +21,7 @@ from cpr_core.solving.find_equilibria import (
     find_equilibria,
     merged_equilibria,
 )
+from cpr_core.solving.limits import check_limits
 
 SIX = [5.86, 5.56, 5.86, 5.46, 5.86, 5.26]
 
@@ -178,3 +179,15 @@ def test_whole_turns_of_passive_joints_count_where_a_spring_is_wound(name, disti
     both = [FoundEquilibrium(each, False, 1) for each in (home, replace(home, record=record))]
     merged = merged_equilibria(both[:1], both[1:])
     assert [found.starts for found in merged] == [2 // distinct] * distinct
+
+
+def test_what_no_motor_or_rod_bears_is_said():
+    """It is found all the same: equilibria are asked for, and whether there are others."""
+    within = find_equilibria(load_robot("rfrfr"), [2.6, 0.5], starts=5)
+    assert [found.beyond for found in within] == [""] * len(within)
+    found = find_equilibria(load_robot("three_rfs"), [4.0, 5.4, 5.4], starts=20)
+    assert found
+    for each in found:
+        with pytest.raises(MotorLimitExceeded, match=r"motor1: position 4.*4\.2, 6\.2") as refused:
+            check_limits(each.equilibrium)
+        assert each.beyond == str(refused.value)
