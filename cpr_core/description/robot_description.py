@@ -154,6 +154,13 @@ class RobotDescription:
         """The motors in order; one may move joints of several legs."""
         return described_motors(self.legs)
 
+    def without_limits(self) -> RobotDescription:
+        """The same robot with motors that can do everything and rods that bear everything.
+
+        What was ``written`` stays: numbers that are changed there bring the limits back.
+        """
+        return replace(self, legs=tuple(leg.without_limits() for leg in self.legs))
+
     def with_modes(self, modes: int) -> RobotDescription:
         """The same robot with another number of modes in every direction that has any.
 

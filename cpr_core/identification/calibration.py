@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from ..blas_threads import on_one_blas_thread
 from ..description.parameters import checked_paths
-from ..errors import InvalidRequest, distinct
+from ..errors import DescriptionWarning, InvalidRequest, distinct
 from ..model.equilibrium import Equilibrium
 from ..model.robot import Robot, checked_robot
 from ..validation import checked_vector
 from .calibration_result import CalibrationResult, CalibrationWarning
 from .compared import compared_row
+from .limit_doubts import limit_doubts
 from .measured_equilibria import first_equilibria, followed
 from .measurement_doubts import check_measured, frame_doubts
 from .measurements import (
@@ -40,11 +41,13 @@ from .number_doubts import (
     strayed,
 )
 from .parameter_problem import TRIED, ParameterProblem, natural_changes, solution
+from .repeated_rows import repeated_doubts
 from .residual_doubts import fit_doubts, kind_doubts
 from .robust_loss import Loss, checked_loss, variance_factor
 from .stuck_sensors import stuck_doubts
 from .tracker_alignment import aligned_tracker
 from .tracker_rates import of_tracker
+from .tried_robot import free_robot
 from .undetermined import knowledge, unseen_in_words
 
 __all__ = ["calibrate"]
@@ -106,8 +109,10 @@ def calibrate(
     if aligned or outside:
         pairs = zip(paths, values.tolist(), strict=True)
         begin = np.clip([aligned.get(path, value) for path, value in pairs], *limits)
-        robot = robot.with_parameters(dict(zip(paths, begin.tolist(), strict=True)))
-        before = followed(before, robot, [driven_by(robot, row).problem for row in rows])
+        beginning = dict(zip(paths, begin.tolist(), strict=True))
+        robot = robot.with_parameters(beginning)
+        problems = [driven_by(robot, row).problem for row in rows]
+        before = followed(before, free_robot(robot), problems)
     check_measured(rows, before, deviations)
     compared = tuple(
         compared_row(row, equilibrium, deviations)
@@ -131,6 +136,7 @@ def calibrate(
     doubts = [
         *frame_doubts(rows, paths),
         *stuck_doubts(compared, before, problem.equilibria(answer)),
+        *repeated_doubts(compared),
     ]
     found = _result(problem, answer, limits, loss, doubts)
     found = replace(found, start=values)  # of a tracker it was begun elsewhere
@@ -175,7 +181,7 @@ def _result(
     doubts: list[str],
 ) -> CalibrationResult:
     """What was found, and how exact it is."""
-    residual = problem.residual(change)
+    residual, left = problem.residual(change), problem.squares(change)
     known = knowledge(problem.rates(change), problem.sizes)
     determined = len(problem.paths) - len(known.unseen)
     freedom = len(residual) - determined
@@ -187,7 +193,9 @@ def _result(
         fit = float(np.sqrt(residual @ residual / freedom))
     elif freedom > 0:
         fit = float(np.median(np.abs(residual)) / 0.6745 * np.sqrt(len(residual) / freedom))
-    equilibria, values = problem.equilibria(change), problem.values_at(change)
+    values = problem.values_at(change)
+    robot, looks_wrong = _as_described(problem, values)
+    equilibria = [replace(each, robot=robot) for each in problem.equilibria(change)]
     if not problem.settled:
         text = f"no least sum of squares is found with {TRIED} robots: these are the last values"
         doubts = [*doubts, text]
@@ -195,7 +203,7 @@ def _result(
         text = "the noise of what drives rows is so large that no estimate of it settles"
         doubts = [*doubts, f"{text}: values and standard deviations are rough"]
     deviations = np.sqrt(np.diag(covariance))
-    robot, start = equilibria[0].robot, np.abs(problem.values)
+    start = np.abs(problem.values)
     described = [row.as_measured() for row in problem.rows]
     sizes = np.where(start > 0.0, start, problem.scales)
     doubts = [
@@ -205,8 +213,18 @@ def _result(
         *(many_times_larger(problem, change, deviations, limits) if loss == "linear" else ()),
         *strayed(problem, change, known.unseen),
         *border_doubts(robot, problem.paths, values, deviations, start),
+        *looks_wrong,
+        *limit_doubts(problem.rows, equilibria),
         *kind_doubts(problem.rows, equilibria, determined),
-        *fit_doubts(described, problem.before, fit, freedom, problem.refused),
+        *fit_doubts(
+            described,
+            problem.before,
+            fit,
+            freedom,
+            problem.refused,
+            robust=loss != "linear",
+            left=left,
+        ),
     ]
     return CalibrationResult(
         robot=robot,
@@ -218,6 +236,29 @@ def _result(
         doubts=tuple(doubts),
         fit=fit,
         rows=problem.rows,
-        before=tuple(problem.before),
+        before=tuple(replace(each, robot=problem.robot) for each in problem.before),
         after=tuple(equilibria),
     )
+
+
+def _as_described(problem: ParameterProblem, values: Floats) -> tuple[Robot, list[str]]:
+    """The robot with values found, its limits as described, and what looks wrong with it only now."""
+    _, known = _warned(problem, problem.values)
+    robot, told = _warned(problem, values)
+    before = {_about(text) for text in known}
+    return robot, [text for text in told if _about(text) not in before]
+
+
+def _warned(problem: ParameterProblem, values: Floats) -> tuple[Robot, list[str]]:
+    """The robot with some values, and what its description is warned of."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", DescriptionWarning)
+        robot = problem.robot.with_parameters(
+            dict(zip(problem.paths, values.tolist(), strict=True))
+        )
+    return robot, [str(warning.message) for warning in told]
+
+
+def _about(warning: str) -> tuple[str, ...]:
+    """Which part of which description it is about: numbers in it follow the parameters."""
+    return tuple(warning.split(": ")[:2])

@@ -23,16 +23,17 @@ from ..model.robot import Robot
 from ..model.world_response import effort_units
 from ..solving.continued import continued
 from ..solving.geometrico_statics import checked_start
-from ..solving.limits import margins, violated
 from ..solving.near_request import solve_near
-from ..solving.not_reached import NotReached
+from ..solving.not_reached import MotorLimitExceeded, NotReached
 from ..solving.solve_from import solve_from
 from ..solving.targets import MotorTarget
 from .compared import measured_numbers, predicted_numbers
 from .compared_layout import POSE, joined
 from .effort_doubts import BETTER
+from .limit_doubts import BEYOND
 from .measurement_doubts import unit_doubt
 from .measurements import DrivenBy, Measurement, driven_by
+from .tried_robot import free_robot
 
 __all__ = ["first_equilibria", "followed"]
 
@@ -50,6 +51,9 @@ def first_equilibria(
 ) -> list[Equilibrium]:
     """The equilibrium of every row, on the branch of a start; each from it or the nearest one known.
 
+    They are those of the ``free_robot``: what was measured has happened, whatever limits say. Only
+    motors that are measured far beyond their range are another robot's, or in another unit.
+
     Args:
         robot: The robot as it is described.
         rows: Checked measurements.
@@ -60,11 +64,12 @@ def first_equilibria(
         InvalidRequest: A start of another robot; rows that have no equilibrium on the branch, named; a
             row without one that looks like other units, or those that fit in other units.
     """
-    home = checked_start(robot, start)
+    home = replace(checked_start(robot, start), robot=free_robot(robot))
     known, found = [home], []
     failures: list[tuple[Measurement, str]] = []
     for number, row in enumerate(rows):
         try:
+            _check_range(robot, row)
             found.append(_solved(known, row))
             known.append(found[-1])
         except CprError as error:
@@ -83,6 +88,20 @@ def first_equilibria(
         )
         raise InvalidRequest("measurements", f"{counted}: {text}{more}")
     return found
+
+
+def _check_range(robot: Robot, row: Measurement) -> None:
+    """Whether motors are measured where they can be, or next to it.
+
+    Raises:
+        MotorLimitExceeded: One is not.
+    """
+    values = row.motors if row.motors is not None else np.full(robot.motor_count, np.nan)
+    motors = zip(robot.description.motors, values.tolist(), robot.motor_units, strict=True)
+    for motor, value, unit in motors:
+        lower, upper = motor.limits.lower, motor.limits.upper
+        if max(lower - value, value - upper) > BEYOND * unit:
+            raise MotorLimitExceeded(motor.name, "position", value, (lower, upper), motor.unit)
 
 
 def _other_units(home: Equilibrium, rows: Sequence[Measurement]) -> list[str]:
@@ -177,11 +196,7 @@ def _beside(start: Equilibrium, motors: Floats, loads: Loads) -> Equilibrium | N
 def _under(before: Equilibrium, robot: Robot, loads: Loads) -> Equilibrium | None:
     """The equilibrium at the same motors in one step; None where something may happen on it."""
     found = corrected(robot, loads, robot.load_arrays(loads), before.record, Tolerances())
-    if not found.converged or found.index_locked != before.index_locked:
-        return None
-    if violated(robot, margins(found)):
-        return None
-    return found
+    return found if found.converged and found.index_locked == before.index_locked else None
 
 
 def followed(

@@ -170,6 +170,16 @@ class ParameterProblem:
             return np.full(sum(len(row.places) for row in self.rows), _REFUSED)
         return np.concatenate([row.residual(equilibrium) for row, equilibrium in pairs])
 
+    def squares(self, change: Floats) -> list[float]:
+        """The squares that are left of every row.
+
+        Raises:
+            DescriptionError: There is no such robot.
+            NotReached: A branch ends before.
+        """
+        pairs = zip(self.rows, self.equilibria(change), strict=True)
+        return [float(np.sum(row.residual(equilibrium) ** 2)) for row, equilibrium in pairs]
+
     def _check_alone(self) -> None:
         """Whether every parameter can be changed without the others: asked when a robot is refused.
 

@@ -23,10 +23,15 @@ from .wrench_estimate import consistency_of
 
 __all__ = ["fit_doubts", "kind_doubts"]
 
-#: Residuals over stated deviations, either way, that are beyond chance; fewest degrees of freedom.
-_BEYOND, _FREE = 1.6, 8
-#: With fewer of them residuals are so large by chance in so few cases where they are doubted.
+#: Residuals over stated deviations that are too small, and fewest degrees of freedom to say so.
+_BELOW, _FREE = 1.0 / 1.6, 8
+#: Those that are too large, by squares and by robust losses, whose scale is known less well: intervals
+#: are as much too narrow.
+_ABOVE, _ABOVE_ROBUST = 1.25, 1.6
+#: Residuals are as large by chance in so few cases where they are doubted.
 _CHANCE = 1e-3
+#: Share of the squares that one row has which is to be looked at.
+_MOST = 0.5
 #: Residuals of one kind over their stated deviations that are no care, which states a little too much.
 _FAR_BELOW = 0.1
 
@@ -37,6 +42,9 @@ def fit_doubts(
     fit: float,
     freedom: int,
     refused: str = "",
+    *,
+    robust: bool = False,
+    left: Sequence[float] = (),
 ) -> list[str]:
     """What residuals say of the standard deviations that were stated, and of units.
 
@@ -46,14 +54,16 @@ def fit_doubts(
         fit: Root mean square of the residuals in standard deviations.
         freedom: Degrees of freedom.
         refused: Why there was no robot with some parameters that were tried, if so.
+        robust: Whether the fit is that of a robust loss.
+        left: Squares that are left of the rows, to name the worst.
     """
-    if freedom >= _FREE and fit <= 1.0 / _BEYOND:
+    if freedom >= _FREE and fit <= _BELOW:
         return [
             f"residuals are {fit:.2g} times what the standard deviations say: these may be too large"
         ]
-    if freedom < 1 or not fit >= _BEYOND:
+    if freedom < 1 or not fit >= (_ABOVE_ROBUST if robust else _ABOVE):
         return []
-    if freedom < _FREE and consistency_of(freedom * fit**2, freedom) > _CHANCE:
+    if consistency_of(freedom * fit**2, freedom) > _CHANCE:
         return []
     robot = described[0].robot
     pairs = [(row, unit_doubt(robot, row.measurement)) for row in rows]
@@ -62,10 +72,20 @@ def fit_doubts(
         units = [doubt]
     return [
         f"residuals are {fit:.3g} times as large as the standard deviations say: outliers, standard "
-        "deviations that are too small, or a robot that differs in more than these parameters",
+        "deviations that are too small, or a robot that differs in more than these parameters"
+        + _worst(rows, left),
         *units,
         *([f"on the way there were no robots: {refused}"] if refused else []),
     ]
+
+
+def _worst(rows: Sequence[ComparedRow], left: Sequence[float]) -> str:
+    """Which row has most of the squares that are left, in words; empty: none has."""
+    share = max(left, default=0.0) / (sum(left) or 1.0)
+    if len(left) * _MOST <= 1.0 or share < _MOST:
+        return ""
+    worst = rows[max(range(len(left)), key=lambda number: left[number])]
+    return f"; {worst.measurement.label} has {100.0 * share:.0f} % of the squares"
 
 
 def kind_doubts(

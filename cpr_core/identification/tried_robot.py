@@ -11,15 +11,22 @@ from collections.abc import Mapping
 from ..errors import DescriptionWarning
 from ..model.robot import Robot
 
-__all__ = ["tried_robot"]
+__all__ = ["free_robot", "tried_robot"]
 
 
 def tried_robot(robot: Robot, values: Mapping[str, float]) -> Robot:
-    """``Robot.with_parameters``, without its warnings.
+    """``Robot.with_parameters``, without its warnings and without limits.
+
+    What was measured has happened, whatever limits say: they would end the search where they are met.
 
     Raises:
         DescriptionError: There is no such robot.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DescriptionWarning)
-        return robot.with_parameters(values)
+        return free_robot(robot.with_parameters(values))
+
+
+def free_robot(robot: Robot) -> Robot:
+    """The same robot, with motors and rods that bear everything; its numbers can still be changed."""
+    return robot.with_description(robot.description.without_limits())

@@ -54,8 +54,7 @@ _TRIED_ALONG = 5
 
 def without_limits(robot: Robot) -> Robot:
     """The same robot, with motors and rods that bear everything: maps show what is beyond limits too."""
-    legs = tuple(leg.without_limits() for leg in robot.description.legs)
-    return robot.with_description(replace(robot.description, legs=legs, written=None))
+    return robot.with_description(replace(robot.description.without_limits(), written=None))
 
 
 def step_fractions(robot: Robot, grid: Grid, tolerance: float) -> tuple[Floats, Floats]:

@@ -118,20 +118,81 @@ def test_a_sensor_that_is_stuck(robot, rows, fields, text):
     assert found.doubts == tuple(str(warning.message) for warning in warned)
 
 
+def compared_rows(robot, rows):
+    described = [cpr_core.solve_forward(robot, row.motors, loads=row.loads) for row in rows]
+    compared = [
+        compared_row(replace(row, label=f"measurements[{number}]"), found, DEVIATIONS)
+        for number, (row, found) in enumerate(zip(rows, described, strict=True))
+    ]
+    return compared, described
+
+
 @pytest.mark.parametrize("freedom", [1, 3, 7])
 @pytest.mark.parametrize(("chance", "doubted"), [(2e-3, False), (5e-4, True)])
 def test_few_residuals_are_doubted_where_chance_hardly_makes_them(
     robot, rows, freedom, chance, doubted
 ):
-    described = [cpr_core.solve_forward(robot, row.motors, loads=row.loads) for row in rows]
-    compared = [
-        compared_row(row, found, DEVIATIONS) for row, found in zip(rows, described, strict=True)
-    ]
+    compared, described = compared_rows(robot, rows)
     fit = np.sqrt(scipy.stats.chi2.isf(chance, freedom) / freedom)
     doubts = fit_doubts(compared, described, fit, freedom)
     assert [doubt.split(":")[0] for doubt in doubts] == doubted * [
         f"residuals are {fit:.3g} times as large as the standard deviations say"
     ]
+
+
+def test_many_residuals_are_doubted_where_intervals_are_a_quarter_too_narrow(robot, rows):
+    """A factor of 1.6 was let pass, however many numbers tell it."""
+    compared, described = compared_rows(robot, rows)
+    for freedom, fit, doubted in (
+        (60, 1.3, True),
+        (447, 1.26, True),
+        (447, 1.24, False),
+        (30, 1.26, False),
+    ):
+        assert bool(fit_doubts(compared, described, fit, freedom)) == doubted
+        assert not fit_doubts(compared, described, fit, freedom, robust=True)
+    assert fit_doubts(compared, described, 1.7, 60, robust=True)
+
+
+def test_the_row_that_has_most_of_the_squares_is_named(robot, rows):
+    compared, described = compared_rows(robot, rows)
+    left = [1.0] * len(rows)
+    (doubt,) = fit_doubts(compared, described, 3.0, 60, left=left)
+    assert "squares" not in doubt
+    left[4] = 3.0 * len(rows)
+    (doubt,) = fit_doubts(compared, described, 3.0, 60, left=left)
+    share = 100.0 * left[4] / sum(left)
+    assert doubt.endswith(f"; {compared[4].measurement.label} has {share:.0f} % of the squares")
+
+
+def test_a_dropout_of_the_camera_is_named(robot, rows):
+    rows = list(rows)
+    rows[3] = replace(rows[3], position=np.zeros(3))
+    with pytest.warns(CalibrationWarning, match=r"measurements\[3\] has 8\d % of the squares"):
+        calibrate(robot, rows, OFFSETS, DEVIATIONS)
+
+
+@pytest.mark.parametrize("fields", ["all", "position"])
+def test_rows_that_are_there_twice(robot, rows, fields):
+    once = rows if fields == "all" else [replace(row, quaternion_wxyz=None) for row in rows]
+    assert calibrate(robot, once, OFFSETS, DEVIATIONS).doubts == ()
+    twice = [*once, once[2], replace(once[5], label="line 9")]
+    with pytest.warns(CalibrationWarning) as told:
+        calibrate(robot, twice, OFFSETS, DEVIATIONS)
+    (said,) = (text for each in told if "digit" in (text := str(each.message)))
+    expected = (
+        f"measurements[{len(once)}] (and 1 more): the same to the last digit as measurements[2]:"
+    )
+    assert said.startswith(expected)
+    # Under other loads, or where a single rounded number is compared, they are no copies.
+    other = payload(robot, -1.0 - 1e-9)
+    calibrate(robot, [*once, replace(once[2], loads=other)], OFFSETS, DEVIATIONS)
+    height = [
+        replace(row, quaternion_wxyz=None, position=[None, None, row.position[2]]) for row in rows
+    ]
+    assert not any(
+        "digit" in text for text in calibrate(robot, height * 2, OFFSETS[:1], DEVIATIONS).doubts
+    )
 
 
 @pytest.mark.parametrize(("name", "effort_deviation"), [("six_rfs", 0.1), ("planar_body", 0.01)])
