@@ -62,7 +62,8 @@ class ProposedPoses(ReadOnlyArrays):
     Attributes:
         equilibria: Where to go, in an order in which motors move little.
         home_first: For each whether the robot has to go back home before it: straight from the one
-            before it would be stopped on the way, lose stability, or come to another equilibrium.
+            before it would be stopped on the way, lose stability, or come to another equilibrium. Where
+            loads differ they may be changed before the motors move, or afterwards.
         parameters: Paths of the parameters to be found, P.
         standard_deviations: Of the parameters after these measurements, (P,), in SI units; infinite
             where they do not tell.
@@ -198,7 +199,8 @@ def _candidates(
             reached = solve_forward(robot, motors, start=home, loads=acting, stable_only=True)
         except NotReached:
             reached = None
-        if reached is not None and reached.margin >= margin:
+        free = reached is not None and (acting is None or _leads(home, reached))
+        if reached is not None and free and reached.margin >= margin:
             found.append(reached)
         if progress is not None:
             progress((number + 1) / wanted)
@@ -302,12 +304,23 @@ def _way(first: Equilibrium, last: Equilibrium) -> float:
 
 
 def _leads(first: Equilibrium, last: Equilibrium) -> bool:
-    """Whether the straight way from one to the other is stable and ends there."""
+    """Whether the straight way from one to the other is stable and ends there.
+
+    Where loads are others they may be changed before the motors move, or afterwards.
+    """
+    if not first.loads.differences(last.loads):
+        return _reaches(first, last)
+    corners = (first.motors, last.loads), (last.motors, first.loads)
+    return all(_reaches(first, last, corner) for corner in corners)
+
+
+def _reaches(first: Equilibrium, last: Equilibrium, *between: tuple[Floats, Loads]) -> bool:
+    """Whether straight ways by motors and loads between lead from one to the other, all stable."""
+    at = first
     try:
-        reached = solve_forward(
-            first.robot, last.motors, start=first, loads=last.loads, stable_only=True
-        )
+        for motors, loads in (*between, (last.motors, last.loads)):
+            at = solve_forward(first.robot, motors, start=at, loads=loads, stable_only=True)
     except NotReached:
         return False
-    missed = configuration_distance(first.robot, reached.configuration, last.configuration)
+    missed = configuration_distance(first.robot, at.configuration, last.configuration)
     return bool(missed < SAME_EQUILIBRIUM)
