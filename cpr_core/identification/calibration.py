@@ -209,7 +209,7 @@ def _result(
     doubts = [
         *doubts,
         *bound_doubts(problem.paths, values, deviations, limits),
-        *hardly_told(robot, problem.paths, values, deviations, sizes),
+        *hardly_told(robot, problem.paths, values, deviations, problem.scales, sizes),
         *(many_times_larger(problem, change, deviations, limits) if loss == "linear" else ()),
         *strayed(problem, change, known.unseen),
         *border_doubts(robot, problem.paths, values, deviations, start),

@@ -45,36 +45,41 @@ def hardly_told(
     paths: Sequence[str],
     values: Floats,
     deviations: Floats,
+    scales: Floats,
     sizes: Floats | None = None,
 ) -> tuple[str, ...]:
     """Numbers whose interval of 95 % is wider than there is room for, one line each.
 
     A number that has to be positive, such as a modulus, is not told where the interval reaches zero:
     what is measured follows its inverse, say, and one many times larger fits nearly as well. One that
-    may vanish, such as a mass, is told where the interval is narrow by what was expected.
+    may vanish, such as a mass, is told where the interval is narrow by what was expected; one that may
+    have any sign, such as an offset, where it is narrower than a natural unit too.
 
     Args:
         robot: Whose numbers they are.
         paths: Of the numbers, P.
         values: Of the numbers, (P,).
         deviations: Their standard deviations, (P,); infinite ones are of values that stayed.
+        scales: Their natural units, (P,).
         sizes: How large numbers that may vanish were expected to be, (P,); default as they are.
     """
     found = []
     expected = np.abs(values) if sizes is None else np.maximum(np.abs(values), sizes)
-    each = zip(paths, values.tolist(), deviations.tolist(), expected.tolist(), strict=True)
-    for path, value, deviation, size in each:
-        if not np.isfinite(deviation) or HALF_95_PERCENT * deviation <= abs(value):
+    each = zip(paths, *map(np.ndarray.tolist, (values, deviations, expected, scales)), strict=True)
+    for path, value, deviation, size, unit in each:
+        half = HALF_95_PERCENT * deviation
+        if not np.isfinite(deviation) or half <= abs(value):
             continue
+        kind, enough = "has to be positive", 0.0
         if schema_allows(robot.description, path, -1.0):
-            continue
-        may_vanish = schema_allows(robot.description, path, 0.0)
-        if may_vanish and HALF_95_PERCENT * deviation <= size:
-            continue
-        found.append(
-            f"{path} is hardly told: its standard deviation is {deviation:.3g}, of a number that "
-            f"{'cannot be negative' if may_vanish else 'has to be positive'} and is {value:.3g}"
-        )
+            kind, enough = "may have any sign", max(size, unit)
+        elif schema_allows(robot.description, path, 0.0):
+            kind, enough = "cannot be negative", size
+        if half > enough:
+            found.append(
+                f"{path} is hardly told: its standard deviation is {deviation:.3g}, of a number that "
+                f"{kind} and is {value:.3g}"
+            )
     return tuple(found)
 
 

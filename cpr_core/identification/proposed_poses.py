@@ -158,7 +158,7 @@ def propose_poses(
         undetermined=unseen_in_words(known.unseen, np.isinf(after), scales, paths, values),
         doubts=(
             *deviation_doubts(robot, deviations),
-            *hardly_told(robot, paths, values, after, np.where(values == 0.0, scales, 0.0)),
+            *hardly_told(robot, paths, values, after, scales, np.where(values == 0.0, scales, 0.0)),
         ),
     )
 

@@ -49,12 +49,16 @@ def test_numbers_that_may_vanish_are_told_to_be_small():
     mass, place = "platform.mass", "legs[0].tip.position[0]"
     described = robot.parameter_values([mass])
     little, deviations = np.array([1e-3]), np.array([0.1 * described[0]])
-    assert hardly_told(robot, [mass], little, deviations, described) == ()
-    [doubt] = hardly_told(robot, [mass], little, 10.0 * deviations, described)
+    unit = np.ones(1)
+    assert hardly_told(robot, [mass], little, deviations, unit, described) == ()
+    [doubt] = hardly_told(robot, [mass], little, 10.0 * deviations, unit, described)
     assert doubt.startswith("platform.mass is hardly told") and "cannot be negative" in doubt
     for at in (place, OFFSETS[0].replace("motor", "chain[0]"), "legs[0].base.tangent[2]"):
-        assert hardly_told(robot, [at], little, np.array([1.0])) == ()
-    assert hardly_told(robot, [mass], little, np.array([np.inf])) == ()
+        assert hardly_told(robot, [at], little, np.array([1.0]), 2.0 * unit) == ()
+        assert hardly_told(robot, [at], little, np.array([1.0]), unit, 2.0 * unit) == ()
+        [doubt] = hardly_told(robot, [at], little, np.array([1.0]), unit)
+        assert "may have any sign" in doubt
+    assert hardly_told(robot, [mass], little, np.array([np.inf]), unit) == ()
 
 
 def test_values_well_within_are_at_no_border():
