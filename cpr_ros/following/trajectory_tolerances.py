@@ -83,8 +83,8 @@ class TrajectoryTolerances:
         longest = max(allowed if math.isfinite(allowed) else 0.0, SETTLING)
         if seen.measured is None:
             return self._unknown(due, seen.missing, longest) if seen.missing else None
-        motors, age = seen.measured
-        return self._broken_by(motors, due - age, longest=longest, measured=True)
+        motors, age = seen.measured  # before it began they have to be where it begins
+        return self._broken_by(motors, max(due - age, 0.0), longest=longest, measured=True)
 
     def _unknown(self, due: float, missing: str, longest: float) -> BrokenTolerance | None:
         """Which tolerance nobody can vouch for, as the motors are not measured any more."""

@@ -56,6 +56,12 @@ def test_motors_that_lag_break_the_tolerance_they_are_beyond(due, lag):
     assert "motor2 is measured" in text
 
 
+def test_what_was_measured_before_it_began_is_told_of_where_it_begins():
+    measured = MotorMeasurement(np.array([0.1, 0.0]), 0.01)
+    _, text = broken(order([0.05, 0.05]), 0.005, PATH.at(0.005).positions, measured)
+    assert text.startswith("at 0.000 s motor1 is measured 0.1 from")
+
+
 def test_commands_come_first_and_are_not_called_measured():
     sent = PATH.at(1.0).positions - 0.1
     _, text = broken(order([0.05, 0.05]), 1.0, sent, MotorMeasurement(sent, 0.0))
