@@ -146,7 +146,7 @@ def many_times_larger(
     """
     found, robot = [], problem.robot
     values = problem.values_at(change)
-    least = _squares(problem, change)
+    least = sum(problem.squares(change))
     for place, path in enumerate(problem.paths):
         value, deviation, larger = values[place], deviations[place], _MANY * values[place]
         if not _ROUGH * value < deviation <= value / HALF_95_PERCENT or larger > limits[1, place]:
@@ -185,17 +185,6 @@ def strayed(problem: ParameterProblem, change: Floats, unseen: Floats) -> tuple[
     )
 
 
-def _squares(problem: ParameterProblem, change: Floats) -> float:
-    """The weighted sum of squares.
-
-    Raises:
-        DescriptionError: There is no such robot.
-        NotReached: A branch ends before.
-    """
-    pairs = zip(problem.rows, problem.equilibria(change), strict=True)
-    return float(sum(np.sum(row.residual(equilibrium) ** 2) for row, equilibrium in pairs))
-
-
 def _squares_with(
     problem: ParameterProblem, change: Floats, place: int, value: float, limits: Floats
 ) -> float:
@@ -209,7 +198,7 @@ def _squares_with(
         step = np.linalg.lstsq(problem.rates(tried)[:, others], -residual, rcond=None)[0]
         bounds = (limits - problem.values) / problem.scales
         tried[others] = np.clip(tried[others] + step, *bounds[:, others])
-        return _squares(problem, tried)
+        return sum(problem.squares(tried))
     except (DescriptionError, NotReached):
         return np.inf
 
