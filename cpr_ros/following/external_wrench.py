@@ -62,7 +62,11 @@ class ExternalWrench:
 
     def at_rest(self, known: Loads) -> bool:
         """Whether known loads are those that act, and stay so until a wrench comes."""
-        return not self.watchdog.expires and (self._loads is None or self._loads is known)
+        return not self.watchdog.expires and not self.unborne(known)
+
+    def unborne(self, known: Loads) -> bool:
+        """Whether known loads are others than those that act: these are not borne, or not yet."""
+        return self._loads is not None and self._loads is not known
 
     def loads(self, known: Loads, now: float) -> Loads:
         """Loads that act now; ``known`` itself if nothing changed."""

@@ -215,11 +215,18 @@ class Session:
         return self.outgoing.ahead(aim, self.present.outcome, now)
 
     def _loads(self, known: Loads, now: float) -> Loads:
-        """Loads that act now. Motors that hold a pose do not follow a wrench that is too old."""
-        was_missing = self.wrench.missing
+        """Loads that act now. That a wrench is measured no more moves no motor.
+
+        Those that hold a pose would go where they hold it without the wrench, and where it was not borne
+        whatever it held back would set off, though it may well push on.
+        """
+        was_missing, unborne = self.wrench.missing, self.wrench.unborne(known)
         loads = self.wrench.loads(known, now)
-        if self.wrench.missing and not was_missing and isinstance(self.follower.goal, PoseGoal):
-            self.follower.drop(self.wrench.missing)
+        if self.tracking is None and self.wrench.missing and not was_missing:
+            if unborne or isinstance(self.follower.goal, PoseGoal):
+                self.follower.drop(self.wrench.missing)
+            if unborne:
+                self.orders.hold_commands()
         return loads
 
     def _be_cautious(self, now: float) -> None:

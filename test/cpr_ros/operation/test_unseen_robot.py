@@ -12,7 +12,7 @@ from helpers.session_bench import LIVE, Bench
 
 from cpr_ros.closed_loop.loop_status import Loop, LoopStatus
 from cpr_ros.following.goals import MotorGoal, PoseGoal
-from cpr_ros.following.supervision import BLIND, State
+from cpr_ros.following.supervision import BLIND, Action, State
 from cpr_ros.operation.live_changes import apply_live
 from cpr_ros.operation.starting_place import begin_at
 
@@ -110,6 +110,72 @@ def test_motors_do_not_follow_a_wrench_that_is_measured_no_more(bench):
     assert session.senses.missing_wrench(bench.now) == why
     np.testing.assert_allclose(session.commands.newest, home.motors + 0.01, atol=1e-9)
     assert session.follower.goal is not None
+
+
+@pytest.mark.parametrize("returning", [False, True])
+def test_nothing_sets_off_where_a_wrench_that_was_not_borne_is_measured_no_more(bench, returning):
+    """The sensor died in a halt, and half a second later the motors went on as if nothing pushed."""
+    session = bench.session
+    home = session.solver.current.equilibrium
+    begin_at(session, home, home.motors, 0.0)
+    apply_live(session, replace(LIVE, wrench_timeout=0.5), bench.now)
+    target = home.motors + np.array([-0.5, 0.5])
+    if returning:
+        session.orders.follow(MotorGoal(session.robot, target), bench.now, ages=False)
+        while bench.tick().state != State.IDLE:
+            pass
+        session.orders.reset()
+    else:
+        session.orders.follow(MotorGoal(session.robot, target), bench.now, ages=False)
+    end = bench.now + 1.0
+    while bench.now < end:
+        bench.push(0.0, -60.0, 0.0)
+        outcome = bench.tick()
+    assert outcome.verdict.action == Action.HALT
+    sent, end = len(bench.commands), bench.now + 3.0
+    while bench.now < end:
+        outcome = bench.tick()
+    assert len(bench.commands) == sent
+    assert session.follower.goal is None
+    assert "external wrench is older than wrench_timeout" in session.follower.dropped
+    assert session.senses.missing_wrench(bench.now) == session.follower.dropped
+    assert session.at_rest
+    # Whoever wants it all the same asks again.
+    session.orders.follow(MotorGoal(session.robot, target), bench.now, ages=False)
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_allclose(session.commands.newest, target, atol=1e-9)
+
+
+def test_commands_on_their_way_wait_where_a_wrench_that_was_not_borne_is_measured_no_more(bench):
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    begin_at(session, home, home.motors + 0.1, 0.0)
+    apply_live(session, replace(LIVE, wrench_timeout=0.5), bench.now)
+    bench.push(-500.0, 0.0, 0.0)
+    assert bench.tick().state == State.ALIGNING
+    while bench.now < 2.0:
+        bench.tick()
+    assert session.present.outcome.state == State.PAUSED
+    assert bench.commands == []
+    session.orders.pause(False)
+    assert bench.tick().state == State.ALIGNING
+    assert len(bench.commands) == 1
+
+
+def test_a_wrench_that_ends_as_it_says_lets_the_robot_go_on(bench):
+    """A message of none says that nothing pushes."""
+    session, home = bench.session, bench.session.solver.current.equilibrium
+    begin_at(session, home, home.motors, 0.0)
+    apply_live(session, replace(LIVE, wrench_timeout=0.5), bench.now)
+    session.orders.follow(MotorGoal(session.robot, home.motors - 0.1), bench.now, ages=False)
+    for _ in range(100):
+        bench.push(0.0, -60.0, 0.0)
+        outcome = bench.tick()
+    assert outcome.verdict.action == Action.HALT
+    bench.push(0.0, 0.0, 0.0)
+    while bench.tick().state != State.IDLE:
+        pass
+    np.testing.assert_allclose(session.commands.newest, home.motors - 0.1, atol=1e-9)
 
 
 def test_motors_that_are_measured_too_seldom_are_missed_all_along(bench):
