@@ -159,6 +159,7 @@ class OperatedRobot:
             unmeasured, again = session.senses.missing_motors(now), session.senses.motors_again(now)
             self._announce(self._announcements.of_motors(unmeasured, again=again))
             self._announce(self._announcements.of_wrench(session.senses.missing_wrench(now)))
+            self._announce(self._announcements.of_setpoint(session.follower.forgotten))
             self._announce(self._announcements.of_commanders(commanders))
         if session is not None and self.outputs.felt_wrench.wanted:
             self._announce(session.felt.announcement(now))

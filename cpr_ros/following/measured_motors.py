@@ -78,10 +78,13 @@ class MeasuredMotors:
             return None
         return MotorMeasurement(self._motors, self.watchdog.age(now))
 
-    def newest_motors(self, now: float) -> NDArray[np.float64] | None:
-        """Those of the newest, (n,); None as there."""
-        newest = self.newest(now)
-        return None if newest is None else newest.motors
+    @property
+    def last_motors(self) -> NDArray[np.float64] | None:
+        """Those that were measured last, (n,), however long ago; None: none ever were.
+
+        Where nothing is measured any more commands are bound to these: motors may have stopped there.
+        """
+        return self._motors
 
     def seen(self, now: float) -> SeenMotors:
         """What is known of the motors at a steady time [s]."""

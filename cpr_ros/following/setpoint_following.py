@@ -63,6 +63,7 @@ class SetpointFollower:
         watchdog: Age of the newest setpoint.
         corrected: Where the robot is sent for a goal: there, or where it then is measured there.
         dropped: Why the last setpoint was forgotten that none replaced.
+        forgotten: The same of one that nobody asked to forget; empty: there is none.
         orders: How many setpoints, pauses and returns have come, and how often one was forgotten: it
             tells that something newer has come, also if that is gone already.
     """
@@ -91,7 +92,7 @@ class SetpointFollower:
         self.watchdog = Watchdog(settings.setpoint_timeout)
         self.corrected = corrected
         self.paused = False
-        self.dropped = ""
+        self.dropped = self.forgotten = ""
         self.orders = 0
         self._goal: Goal | None = None
         self._ages = True
@@ -167,7 +168,7 @@ class SetpointFollower:
             ages: Whether it has to come again and again, or becomes stale.
         """
         self.orders += 1
-        self._goal, self._ages = goal, ages
+        self._goal, self._ages, self.forgotten = goal, ages, ""
         self._returning, self._under_way, self._stirred = False, True, True
         self.watchdog.feed(now)
 
@@ -187,10 +188,17 @@ class SetpointFollower:
             return None
         return self.steps.aim(current, goal, self.pace.caution, out_of_rest=self._out_of_rest(goal))
 
+    def lose(self, reason: str) -> None:
+        """Forget the setpoint though nobody has asked for it; the log is told of one."""
+        lost = self._goal is not None
+        self.drop(reason)
+        if lost:
+            self.forgotten = reason
+
     def drop(self, reason: str = "") -> None:
         """Forget the setpoint and hold; the reason is for who sent it."""
         self.orders += 1
-        self.dropped = reason
+        self.dropped, self.forgotten = reason, ""
         self._goal, self._returning, self._under_way = None, False, False
         self._stirred = True
         self.pace.forget()

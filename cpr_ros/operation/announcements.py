@@ -30,6 +30,7 @@ class Announcements:
         self._state = State.IDLE
         self._returning = False
         self._motors, self._wrench, self._commanders = Announced(), Announced(), Announced()
+        self._setpoint = Announced()
 
     @property
     def at_rest(self) -> bool:
@@ -76,6 +77,15 @@ class Announcements:
             unmeasured: Why it is not known any more; empty: nothing is missing.
         """
         return self._wrench.news(unmeasured, "the external wrench is measured again")
+
+    def of_setpoint(self, forgotten: str) -> News:
+        """What to log of a setpoint that was forgotten though nobody has asked for it.
+
+        Args:
+            forgotten: Why; empty: none was.
+        """
+        warning = f"the setpoint is forgotten, the robot holds: {forgotten}" if forgotten else ""
+        return self._setpoint.news(warning, "", kind=forgotten)
 
     def of_commanders(self, others: str) -> News:
         """What to log of others who command the motors: a warning when they come, and that they left.

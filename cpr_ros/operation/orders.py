@@ -192,7 +192,7 @@ class Orders:
         self.trajectories.stop(code, reason)
         if self.follower.goal is None:
             return False
-        self.follower.drop(reason)
+        self.follower.lose(reason)
         return True
 
     def end_if_stopped(self) -> None:
@@ -207,9 +207,12 @@ class Orders:
         missing = measured.missing(now, with_age=False) or measured.silent(now)
         if not self.outgoing.waits or not missing:
             return
-        self.left_behind = f"{self.outgoing.lag()}, and {missing}"
+        self.left_behind = (
+            f"{self.outgoing.lag()}, and {missing}; with max_lead 0 they go on unseen"
+        )
         self.trajectories.stop(ErrorCode.CONTROL_FAILED, self.left_behind)
-        self.drop(self.left_behind)
+        self.follower.lose(self.left_behind)
+        self.hold_commands()  # nothing else does
 
     def _check_free(self) -> None:
         """Whether setpoints and trajectories are taken now.

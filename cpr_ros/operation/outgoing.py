@@ -116,7 +116,7 @@ class Outgoing:
     def part_in_reach(self, motors: Floats, now: float) -> float:
         """Part of the way to motors, (n,), that commands may go: measured ones may be too far behind."""
         max_speed = self.follower.settings.max_speed
-        return self.commands.part_in_reach(motors, max_speed, self.measured.newest_motors(now))
+        return self.commands.part_in_reach(motors, max_speed, self.measured.last_motors)
 
     def ahead(self, aim: Floats, last: Outcome, now: float) -> Floats | None:
         """The motor command of a tick, (n,) [rad or m], before the tick is solved; None: not before.
@@ -161,7 +161,7 @@ class Outgoing:
             or not self.commands.repeatable
         )
         max_speed = self.follower.settings.max_speed
-        if silent or not self.commands.in_reach(self.measured.newest_motors(now), max_speed):
+        if silent or not self.commands.in_reach(self.measured.last_motors, max_speed):
             return None
         return self.commands.newest
 
@@ -172,7 +172,7 @@ class Outgoing:
 
     def _step_to(self, motors: Floats, now: float) -> Floats | None:
         max_speed = self.follower.settings.max_speed
-        command = self.commands.step_to(motors, max_speed, self.measured.newest_motors(now))
+        command = self.commands.step_to(motors, max_speed, self.measured.last_motors)
         if command is not None:
             self.moved_by_others.commanded(now, command)
         return command

@@ -224,7 +224,7 @@ class Session:
         loads = self.wrench.loads(known, now)
         if self.tracking is None and self.wrench.missing and not was_missing:
             if unborne or isinstance(self.follower.goal, PoseGoal):
-                self.follower.drop(self.wrench.missing)
+                self.follower.lose(self.wrench.missing)
             if unborne:
                 self.orders.hold_commands()
         return loads

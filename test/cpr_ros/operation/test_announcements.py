@@ -11,6 +11,7 @@ from helpers.drive import PERIOD, robot
 from cpr_core import solve_home
 from cpr_core.model.assessment import Assessment
 from cpr_ros.following.borne_loads import Snapped
+from cpr_ros.following.news import News
 from cpr_ros.following.outcome import Outcome
 from cpr_ros.following.supervision import Action, State, Status, Verdict
 from cpr_ros.operation.announcements import Announcements
@@ -195,3 +196,14 @@ def test_a_way_home_with_halts_is_one_way_home(log):
     log.ticks(5, State.HALTED, HALT)
     log.ticks(5, State.RETURNING, FREE)
     assert log.informations == ["on the way home"] * 2
+
+
+def test_a_setpoint_that_nobody_asked_to_forget_is_told_once():
+    """The robot stood somewhere on its way, and nothing said why."""
+    announcements = Announcements()
+    assert announcements.of_setpoint("") == News()
+    told = announcements.of_setpoint("the bus is dead")
+    assert told == News(warning="the setpoint is forgotten, the robot holds: the bus is dead")
+    assert announcements.of_setpoint("the bus is dead") == News()
+    assert announcements.of_setpoint("") == News()  # another one has come
+    assert announcements.of_setpoint("the bus is dead").warning

@@ -227,9 +227,40 @@ def test_what_waits_for_motors_that_are_measured_no_more_ends(bench):
     assert session.follower.goal is None
     assert "the commands wait for a motor" in session.follower.dropped
     assert "the measured motors are older than measured_timeout 0.1 s" in session.follower.dropped
-    session.orders.follow(MotorGoal(session.robot, bench.commands[-1] + 0.1), bench.now)
+    assert session.follower.forgotten == session.follower.dropped
+    # Another one, or a stream of them, leads no farther: motors may have stopped where they were seen.
+    target = bench.commands[-1] + 0.1
+    for _ in range(20):
+        session.orders.follow(MotorGoal(session.robot, target), bench.now)
+        bench.tick()
+    assert len(bench.commands) == sent
+    apply_live(session, replace(LIVE, max_lead=0.0, measured_timeout=0.1), bench.now)
+    session.orders.follow(MotorGoal(session.robot, target), bench.now)
     bench.tick()
-    assert len(bench.commands) == sent + 1  # who sends another one knows that
+    assert len(bench.commands) == sent + 1  # who says so knows that
+
+
+@pytest.mark.parametrize("jogged", [False, True])
+def test_slow_commands_run_no_farther_ahead_of_motors_that_are_measured_no_more(bench, jogged):
+    """Below 0.4 of the full speed they went on without end: by 0.9 rad in three seconds."""
+    session, home = bench.session, bench.session.solver.current.equilibrium.motors
+    apply_live(session, replace(LIVE, measured_timeout=0.1), bench.now)
+    commanded(session, home)
+    slow = replace(LIVE, measured_timeout=0.1, settings=replace(SETTINGS, max_speed=0.2))
+    for tick in range(800):
+        if tick < 20:
+            session.take_measured(home, bench.now)
+        if tick == 20:
+            apply_live(session, slow, bench.now)
+        if tick == 0 or jogged:
+            session.orders.follow(MotorGoal(session.robot, home + [0.0, 0.9]), bench.now)
+        bench.tick()
+    bench.tick()
+    lead = np.abs(np.array(bench.commands) - home).max()
+    assert lead <= session.commands.max_lead * SETTINGS.max_speed * (1.0 + 1e-9)
+    assert lead > 0.05
+    assert session.follower.goal is None
+    assert "with max_lead 0 they go on unseen" in session.follower.forgotten
 
 
 def test_a_jammed_motor_ends_what_waits_for_it_without_a_tolerance_too(bench):
@@ -337,7 +368,13 @@ def test_commands_on_their_way_are_held_where_motors_are_measured_no_more(bench)
     assert session.present.outcome.state == State.PAUSED
     assert session.at_rest  # it is ended once, not in every tick
     sent = len(bench.commands)
-    session.orders.pause(False)  # who releases them knows that
+    session.orders.pause(False)
+    for _ in range(3):
+        bench.tick()
+    assert session.present.outcome.state == State.PAUSED  # held again: nobody sees the motors
+    assert len(bench.commands) == sent
+    apply_live(session, replace(LIVE, max_lead=0.0, measured_timeout=0.1), bench.now)
+    session.orders.pause(False)  # who says so knows that
     bench.tick()
     assert len(bench.commands) == sent + 1
 

@@ -139,9 +139,11 @@ def test_nothing_sets_off_where_a_wrench_that_was_not_borne_is_measured_no_more(
     assert session.follower.goal is None
     assert "external wrench is older than wrench_timeout" in session.follower.dropped
     assert session.senses.missing_wrench(bench.now) == session.follower.dropped
+    assert session.follower.forgotten == session.follower.dropped
     assert session.at_rest
     # Whoever wants it all the same asks again.
     session.orders.follow(MotorGoal(session.robot, target), bench.now, ages=False)
+    assert session.follower.forgotten == ""
     while bench.tick().state != State.IDLE:
         pass
     np.testing.assert_allclose(session.commands.newest, target, atol=1e-9)
