@@ -17,6 +17,7 @@ from sensor_msgs.msg import JointState
 
 from cpr_core import CprError, Robot
 
+from ..following.motor_ways import largest_way
 from ..following.two_places import TwoPlaces, apart_in_words
 from ..messages.motor_messages import measured_motors
 from ..middleware.publishers import other_publisher_names, other_publishers, own_topic
@@ -27,8 +28,14 @@ __all__ = ["MEASURED", "FirstMeasured", "first_measured"]
 MEASURED = "measured_joint_states"
 #: How often it is looked whether a message has come [s].
 _LOOK = 0.02
-#: How long it is looked whether several publishers agree [s].
+#: How long it is looked whether several publishers agree, and how long a second message of one is waited
+#: for, which tells whether the motors move [s].
 _SEVERAL = 0.5
+#: Motors that go no farther in this time are at rest [s; rad, rod lengths]: others may run on to their
+#: last command, from which one where they were measured on the way would lead them back.
+_REST, _STILL = 0.1, 2e-3
+#: How long motors are waited for to come to rest [s]; noisy ones never do.
+_MOVING = 1.0
 #: Between two looks: others may say on the same topic, and much oftener, where their joints are.
 _QUEUE = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -52,9 +59,10 @@ def first_measured(
     given_up: Callable[[], bool],
     tolerance: float = 0.0,
 ) -> FirstMeasured:
-    """Motors of the next message that has them all; of several publishers the newest, if they agree.
+    """Motors as they are measured at rest; of several publishers the newest, if they agree.
 
-    Waits without an executor, for a node that is about to become active.
+    Of motors that do not come to rest within a second the newest count. Waits without an executor, for
+    a node that is about to become active.
 
     Args:
         node: The node.
@@ -69,6 +77,7 @@ def first_measured(
     joints, useless = dict[str, None](), ""
     subscription = node.create_subscription(JointState, MEASURED, lambda _: None, _QUEUE)
     newest: NDArray[np.float64] | None = None
+    units, first, since, place = robot.motor_units.tolist(), 0.0, 0.0, np.zeros(robot.motor_count)
     places = TwoPlaces(robot, often=2)  # one wrong number is one time
     try:
         end = time.monotonic() + wait
@@ -87,12 +96,17 @@ def first_measured(
                 else:
                     useless = str(error)
                 continue
+            now = time.monotonic()
             if newest is None:
-                end = time.monotonic() + _SEVERAL
+                first, end = now, now + _SEVERAL
+            if newest is None or largest_way(place, motors, units) > _STILL:
+                place, since = motors, now
+                end = max(end, min(first + _MOVING, now + _SEVERAL))
             newest = motors
             if not tolerance or other_publishers(node, MEASURED) < 2:
-                break
-            if apart := places.take(motors, None, tolerance, time.monotonic()):
+                if now - since >= _REST:
+                    break
+            elif apart := places.take(motors, None, tolerance, now):
                 return FirstMeasured(None, f"{apart_in_words(apart)} {_publishers(node)}")
     finally:
         node.destroy_subscription(subscription)

@@ -136,6 +136,24 @@ def test_of_several_publishers_the_newest_measurement_counts(arm):
     assert begun + 0.02 < motors[0] and moving.position[0] - motors[0] < 0.02
 
 
+def test_motors_that_run_on_are_waited_for(arm):
+    """A second later they were sent back, in one step, to where they were on the way."""
+    moving = JointState(name=["motor1", "motor2"], position=[2.0, 0.5])
+    arm.say(0.005, moving)
+    arm.until_published(1)
+
+    def go_on():
+        begun = time.monotonic()
+        while not arm._over.wait(0.005):
+            moving.position[0] = 2.6 - 0.6 * np.exp((begun - time.monotonic()) / 0.08)
+
+    arm._threads.append(threading.Thread(target=go_on))
+    arm._threads[-1].start()
+    motors, instead = arm.hear(5.0)
+    assert instead == ""
+    assert abs(motors[0] - 2.6) < 5e-3
+
+
 def test_a_wrong_number_beside_a_gripper_is_none_of_two_places(arm):
     wrong = JointState(name=["motor1", "motor2"], position=[9.9, 0.5])
     arm.say(0.05, GRIPPER)
