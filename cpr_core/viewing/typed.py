@@ -18,6 +18,10 @@ __all__ = ["numbers_as_text", "typed_numbers"]
 Floats = NDArray[np.float64]
 
 
+#: A point between thousands, and a decimal comma: 1.234,5.
+_THOUSANDS = re.compile(r"(?<![\d.])\d{1,3}(\.\d{3})+,\d+(?![\d.])")
+
+
 def typed_numbers(name: str, text: str, meaning: tuple[str, ...]) -> Floats:
     """Numbers between spaces, commas or semicolons, in brackets or not.
 
@@ -40,18 +44,25 @@ def typed_numbers(name: str, text: str, meaning: tuple[str, ...]) -> Floats:
         decimal = decimal and ";" in text
     elif len(meaning) > 2:
         decimal = decimal and not re.fullmatch(r"\s*[-+\d]+(,[-+\d]+)*\s*", text)
-    if decimal:
+    if decimal or _THOUSANDS.search(text):
         raise InvalidRequest(
             name,
             f"expected decimal points, and spaces between numbers ({expected}), got {text[:80]!r}",
         )
     try:
-        values = [float(word) for word in words]
+        values = [float(word) for word in words if _written(word)]
+        if len(values) < len(words):
+            raise ValueError
     except ValueError:
         raise InvalidRequest(
             name, f"expected {len(meaning)} numbers ({expected}), got {text[:80]!r}"
         ) from None
     return checked_vector(name, np.array(values), len(meaning), expected)
+
+
+def _written(word: str) -> bool:
+    """Whether a person writes numbers so: Python reads ``2_7`` as 27, and digits of other scripts."""
+    return word.isascii() and "_" not in word
 
 
 def numbers_as_text(values: Floats) -> str:

@@ -76,10 +76,15 @@ class NodePage:
             self._control.take()
 
         async def given_back(_: Any) -> None:
-            self._control.give_back()
+            self._control.give_back(pressed=True)
+
+        async def closed(_: Any) -> None:
+            if not self._server.get_clients():
+                self._give_back("nobody has the page open")
 
         self._take.on_click(taken)
         self._give.on_click(given_back)
+        self._server.on_client_disconnect(closed)
 
     @property
     def address(self) -> str:

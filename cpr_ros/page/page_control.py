@@ -5,18 +5,28 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
+from collections.abc import Callable
 
 __all__ = ["PageControl"]
+
+#: What is pressed so soon after control was given back is a second click on the same place [s].
+_SECOND_CLICK = 1.0
 
 
 class PageControl:
     """Asked by the thread of the browser, emptied by that of the node."""
 
-    def __init__(self) -> None:
-        """Nobody is in control."""
-        self._lock = threading.Lock()
-        self._taken = False
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Nobody is in control.
+
+        Args:
+            clock: Steady time [s].
+        """
+        self._lock, self._clock = threading.Lock(), clock
+        self._taken, self._given_back = False, -math.inf
         self._asked: dict[int, float] = {}
 
     @property
@@ -30,15 +40,25 @@ class PageControl:
         return bool(self._asked)
 
     def take(self) -> None:
-        """Somebody is in control from now on; who was before still is."""
-        with self._lock:
-            self._taken = True
+        """Somebody is in control from now on; who was before still is.
 
-    def give_back(self) -> bool:
-        """Nobody is in control from now on; returns whether somebody was."""
+        Not just after it was given back: that is the second half of a double click, and whoever gives
+        control back walks away without it.
+        """
+        with self._lock:
+            self._taken = self._taken or self._clock() - self._given_back >= _SECOND_CLICK
+
+    def give_back(self, *, pressed: bool = False) -> bool:
+        """Nobody is in control from now on; returns whether somebody was.
+
+        Args:
+            pressed: Whether somebody has pressed a button for it.
+        """
         with self._lock:
             before, self._taken = self._taken, False
             self._asked.clear()
+            if before and pressed:
+                self._given_back = self._clock()
             return before
 
     def ask(self, motor: int, position: float) -> bool:

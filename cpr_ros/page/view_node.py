@@ -195,7 +195,12 @@ class ViewNode(Node):
 
 def _words(message: StabilityMetrics) -> str:
     nearest = message.nearest_threshold
-    return message.status_text + (f"; nearest to its threshold: {nearest}" if nearest else "")
+    paused = message.state == StabilityMetrics.STATE_PAUSED
+    return (
+        ("the node is paused, it takes no setpoints; " if paused else "")
+        + message.status_text
+        + (f"; nearest to its threshold: {nearest}" if nearest else "")
+    )
 
 
 def _bars(message: StabilityMetrics) -> list[Bar]:

@@ -361,3 +361,20 @@ def test_commas_that_may_be_decimal_ones_are_refused(text):
 def test_of_three_numbers_too(text):
     with pytest.raises(cpr_core.InvalidRequest, match="expected decimal points"):
         typed_numbers("motors", text, ("a", "b", "c"))
+
+
+@pytest.mark.parametrize(
+    "text", ["1.234,5", "2.5 1.234,5", "-1.234.567,8 2", "2_7 0.5", "\u0662.\u0665 1", "1 \uff11"]
+)
+def test_numbers_that_python_reads_otherwise_than_people_write_them_are_refused(text):
+    """1.234,5 was 1.234 and 5, and 2_7 was 27."""
+    with pytest.raises(cpr_core.InvalidRequest, match="motors: expected"):
+        typed_numbers("motors", text, ("motor1", "motor2"))
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [("1.234, 5", [1.234, 5]), ("1.2345,6.5", [1.2345, 6.5]), ("1.23,4", [1.23, 4])],
+)
+def test_points_and_commas_of_two_numbers_are_taken(text, values):
+    np.testing.assert_array_equal(typed_numbers("motors", text, ("motor1", "motor2")), values)

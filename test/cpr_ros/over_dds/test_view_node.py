@@ -351,6 +351,30 @@ def test_another_robot_takes_the_place_of_the_first(told, looker, names):
     looker.until(lambda: looker.visible("/platform"))
 
 
+def test_who_gives_control_back_or_leaves_has_none(told, looker, view, browser):
+    """A double click took it again; who opened the page next was in control with the first key."""
+    robot = cpr_core.load_robot("rfrfr")
+    told.describe(robot)
+    told.move(robot)
+    looker.until(lambda: looker.page.get_by_role("slider").count() == robot.motor_count)
+    looker.press("take control")
+    button = looker.page.get_by_text("give control back")
+    button.wait_for()
+    place = button.bounding_box()
+    looker.page.mouse.dblclick(
+        place["x"] + 0.5 * place["width"], place["y"] + 0.5 * place["height"], delay=60
+    )
+    looker.page.get_by_text("take control").wait_for()
+    time.sleep(0.3)  # a second click would have shown by now
+    assert "give control back" not in looker.text()
+    time.sleep(1.0)
+    looker.press("take control")
+    looker.page.get_by_text("give control back").wait_for()
+    looker.page.reload()  # nobody has the page meanwhile
+    looker.until(lambda: "take control" in looker.text())
+    looker.until(lambda: "nobody has the page open" in looker.text())
+
+
 def test_nothing_that_is_published_ends_the_page(told, looker, view):
     robot = cpr_core.load_robot("rfrfr")
     told.describe(robot)

@@ -43,6 +43,25 @@ def test_who_takes_or_gives_back_what_another_has_taken_or_given_back_changes_no
         assert not control.taken
 
 
+def test_a_double_click_that_gives_control_back_does_not_take_it_again():
+    """The second click hit the other button, which had come to the same place meanwhile."""
+    now = [0.0]
+    control = PageControl(lambda: now[0])
+    control.take()
+    control.give_back(pressed=True)
+    now[0] += 0.4
+    control.take()
+    assert not control.taken and not control.ask(0, 1.0)
+    now[0] += 0.4
+    control.give_back(pressed=True)  # a third one is no news
+    now[0] += 0.3
+    control.take()
+    assert control.taken
+    control.give_back()  # as the node is gone: nobody has clicked
+    control.take()
+    assert control.taken
+
+
 def test_nothing_is_lost_that_is_asked_while_something_is_taken():
     class Motor(int):
         """Its number is known after a while, so that the other thread comes between."""

@@ -137,6 +137,11 @@ def test_what_is_near_its_threshold_is_told_by_words_and_bars(shown):
     ]
     _, margin, distance = shown._minute.columns(time.monotonic())
     assert (margin.tolist(), distance.tolist()) == ([0.15], [0.25])
+    near.state = StabilityMetrics.STATE_PAUSED
+    shown._keeping("stability")(near)
+    shown._draw()
+    assert "the node is paused, it takes no setpoints; slow" in shown.page._action_text.content
+    near.state = StabilityMetrics.STATE_IDLE
     near.nearest_threshold, near.distance_to_threshold = "", math.inf
     shown._keeping("stability")(near)
     shown._draw()
