@@ -29,7 +29,7 @@ from ..model.robot import Robot, checked_robot
 from ..validation import checked_count, checked_vector
 from .assembly import turned_over, with_best_multipliers
 from .geometrico_statics import solve_forward
-from .limits import first_of, limit_error, margins, violated
+from .limits import beyond_limits
 from .not_reached import NotReached
 from .targets import check_rod_lengths
 
@@ -68,9 +68,7 @@ class FoundEquilibrium:
     @property
     def beyond(self) -> str:
         """Why the robot cannot be there, in words: a motor or a rod beyond a limit; empty: it can."""
-        robot = self.equilibrium.robot
-        limit = first_of(violated(robot, margins(self.equilibrium)))
-        return "" if limit is None else str(limit_error(self.equilibrium, limit))
+        return str(beyond_limits(self.equilibrium) or "")
 
 
 @on_one_blas_thread

@@ -20,6 +20,7 @@ from .not_reached import MotorLimitExceeded, NotReached, StrainLimitExceeded
 
 __all__ = [
     "Limit",
+    "beyond_limits",
     "check_limits",
     "first_of",
     "grazes",
@@ -174,6 +175,12 @@ def limit_error(
     )
 
 
+def beyond_limits(equilibrium: Equilibrium) -> NotReached | None:
+    """The error of the first limit that does not hold at an equilibrium; None: all hold."""
+    limit = first_of(violated(equilibrium.robot, margins(equilibrium)))
+    return None if limit is None else limit_error(equilibrium, limit)
+
+
 def check_limits(equilibrium: Equilibrium) -> None:
     """Whether the motors can be at an equilibrium and hold it, and the rods bear it.
 
@@ -181,6 +188,6 @@ def check_limits(equilibrium: Equilibrium) -> None:
         MotorLimitExceeded: A motor beyond its position range or its effort.
         StrainLimitExceeded: A rod beyond its yield strain.
     """
-    limit = first_of(violated(equilibrium.robot, margins(equilibrium)))
-    if limit is not None:
-        raise limit_error(equilibrium, limit)
+    error = beyond_limits(equilibrium)
+    if error is not None:
+        raise error

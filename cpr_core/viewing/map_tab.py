@@ -30,9 +30,8 @@ class MapTab:
         self._scene, self._gui, self._do = scene, gui, do
         self._layer: MapLayer | None = None
         self._cloud: Any = None
-        self._told, self._refused = "", ""
+        self._told, self._refused = "A map as `cpr workspace --out` writes it.", ""
         upload: Any = gui.add_upload_button("open a map (.nc)")
-        self._told = "A map as `cpr workspace --out` writes it."
         self._text = gui.add_markdown(self._told)
         self._shown: Any = gui.add_checkbox("show map", True, visible=False)
 

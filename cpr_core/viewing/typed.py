@@ -17,7 +17,6 @@ __all__ = ["numbers_as_text", "typed_numbers"]
 
 Floats = NDArray[np.float64]
 
-
 #: A point between thousands, and a decimal comma: 1.234,5.
 _THOUSANDS = re.compile(r"(?<![\d.])\d{1,3}(\.\d{3})+,\d+(?![\d.])")
 
@@ -50,9 +49,7 @@ def typed_numbers(name: str, text: str, meaning: tuple[str, ...]) -> Floats:
             f"expected decimal points, and spaces between numbers ({expected}), got {text[:80]!r}",
         )
     try:
-        values = [float(word) for word in words if _written(word)]
-        if len(values) < len(words):
-            raise ValueError
+        values = [_number(word) for word in words]
     except ValueError:
         raise InvalidRequest(
             name, f"expected {len(meaning)} numbers ({expected}), got {text[:80]!r}"
@@ -60,9 +57,15 @@ def typed_numbers(name: str, text: str, meaning: tuple[str, ...]) -> Floats:
     return checked_vector(name, np.array(values), len(meaning), expected)
 
 
-def _written(word: str) -> bool:
-    """Whether a person writes numbers so: Python reads ``2_7`` as 27, and digits of other scripts."""
-    return word.isascii() and "_" not in word
+def _number(word: str) -> float:
+    """A number as people write it: Python reads ``2_7`` as 27 too, and digits of other scripts.
+
+    Raises:
+        ValueError: It is none.
+    """
+    if not word.isascii() or "_" in word:
+        raise ValueError(word)
+    return float(word)
 
 
 def numbers_as_text(values: Floats) -> str:

@@ -54,13 +54,13 @@ class PacedSteps:
     def __init__(
         self,
         steps: JudgedSteps,
-        part_in_reach: Callable[[NDArray[np.float64], float], float],
+        part_in_reach: Callable[[NDArray[np.float64]], float],
     ) -> None:
         """Have taken none yet.
 
         Args:
             steps: Where ticks lead, solved and judged.
-            part_in_reach: Part of the way to motors, (n,), that they may be sent at a steady time [s].
+            part_in_reach: Part of the way to motors, (n,), that they may be sent now.
         """
         self._steps, self._part_in_reach = steps, part_in_reach
         self.caution = 1.0
@@ -104,7 +104,7 @@ class PacedSteps:
             self.worsening = frozenset(
                 name for name in watched if falls(current.value(name), ahead.value(name))
             )
-            part = self._part_in_reach(ahead.equilibrium.motors, now)
+            part = self._part_in_reach(ahead.equilibrium.motors)
             if part < 1.0:
                 self.waits = True
                 within *= _INSIDE * part

@@ -74,7 +74,7 @@ class SetpointFollower:
         period: float,
         settings: Settings,
         corrected: Callable[[Goal], Goal] = lambda goal: goal,
-        part_in_reach: Callable[[Floats, float], float] = lambda motors, now: 1.0,
+        part_in_reach: Callable[[Floats], float] = lambda motors: 1.0,
     ) -> None:
         """Start idle.
 

@@ -108,7 +108,7 @@ class Outputs:
 
     def _repeat_commands(self, session: Session, now: float) -> None:
         """For a controller that came later."""
-        command = session.outgoing.repeated(now)
+        command = session.outgoing.repeated()
         if command is not None:
             self.motor_commands(command)
 

@@ -172,6 +172,11 @@ class Orders:
         self.follower.drop(reason)
         self.hold_commands()  # nothing else does
 
+    def lose(self, reason: str) -> None:
+        """The same though nobody has asked for it: the log is told."""
+        self.follower.lose(reason)
+        self.hold_commands()
+
     def hold_commands(self) -> bool:
         """Pause where commands are on their way to where the node has the robot; whether they were."""
         if self.outgoing.aligned:
@@ -211,8 +216,7 @@ class Orders:
             f"{self.outgoing.lag()}, and {missing}; with max_lead 0 they go on unseen"
         )
         self.trajectories.stop(ErrorCode.CONTROL_FAILED, self.left_behind)
-        self.follower.lose(self.left_behind)
-        self.hold_commands()  # nothing else does
+        self.lose(self.left_behind)
 
     def _check_free(self) -> None:
         """Whether setpoints and trajectories are taken now.

@@ -113,7 +113,7 @@ class Outgoing:
             f"{self.commands.max_lead:g} s allows"
         )
 
-    def part_in_reach(self, motors: Floats, now: float) -> float:
+    def part_in_reach(self, motors: Floats) -> float:
         """Part of the way to motors, (n,), that commands may go: measured ones may be too far behind."""
         max_speed = self.follower.settings.max_speed
         return self.commands.part_in_reach(motors, max_speed, self.measured.last_motors)
@@ -131,7 +131,7 @@ class Outgoing:
         """
         if self.commands.newest is None or self._held(last) or not self.aligned:
             return None
-        return self._step_to(aim, now) if self.part_in_reach(aim, now) >= 1.0 else None
+        return self._step_to(aim, now) if self.part_in_reach(aim) >= 1.0 else None
 
     def next(self, outcome: Outcome, now: float) -> Floats | None:
         """The motor command of a tick, (n,) [rad or m]; None where there is nothing new.
@@ -149,7 +149,7 @@ class Outgoing:
             return None
         return self._step_to(self.solver.current.equilibrium.motors, now)
 
-    def repeated(self, now: float) -> Floats | None:
+    def repeated(self) -> Floats | None:
         """The last motor command once more, (n,), for a controller that came later; None: there is none.
 
         Motors that others have moved are not sent back, nor such that are farther off than new commands

@@ -92,7 +92,7 @@ class Session:
             self.period,
             live.settings,
             self.loop.corrected,
-            lambda motors, now: self.outgoing.part_in_reach(motors, now),
+            lambda motors: self.outgoing.part_in_reach(motors),
         )
         self.trajectories = Trajectories(robot, self.follower, self.period, self.measured)
         self.first_step = FirstStep(robot, self.period, self.follower)
@@ -223,10 +223,10 @@ class Session:
         was_missing, unborne = self.wrench.missing, self.wrench.unborne(known)
         loads = self.wrench.loads(known, now)
         if self.tracking is None and self.wrench.missing and not was_missing:
-            if unborne or isinstance(self.follower.goal, PoseGoal):
-                self.follower.lose(self.wrench.missing)
             if unborne:
-                self.orders.hold_commands()
+                self.orders.lose(self.wrench.missing)
+            elif isinstance(self.follower.goal, PoseGoal):
+                self.follower.lose(self.wrench.missing)
         return loads
 
     def _be_cautious(self, now: float) -> None:

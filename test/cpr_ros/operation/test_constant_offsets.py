@@ -135,7 +135,7 @@ def test_nothing_is_taken_while_motors_are_off_by_the_same(drive):
     ):
         with pytest.raises(RequestError, match=r"motor2 was measured \+0\.3 rad off its command"):
             ask()
-    assert session.outgoing.repeated(now) is None
+    assert session.outgoing.repeated() is None
     assert session.known_place[1] is None  # a node of later has to measure them
     drive.motors = drive.motors + 0.5  # who moves them by hand has not mended them
     drive.held = drive.motors

@@ -147,9 +147,9 @@ def test_what_is_held_off_farther_than_max_lead_does_not_hear_the_last_command_a
     commanded(session, home)
     for way in (0.5, 1.0, 1.5, 15.0):
         session.take_measured(home + [0.0, way * PERIOD * SETTINGS.max_speed], bench.now)
-        assert (session.outgoing.repeated(bench.now) is not None) == (way <= 1.0)
+        assert (session.outgoing.repeated() is not None) == (way <= 1.0)
     apply_live(session, replace(LIVE, max_lead=0.2), bench.now)
-    assert session.outgoing.repeated(bench.now) is not None
+    assert session.outgoing.repeated() is not None
 
 
 def test_there_is_a_way_back_from_a_motor_that_jams(bench):

@@ -25,12 +25,12 @@ def test_motors_that_others_have_moved_are_not_sent_back(bench):
     session, home = bench.session, bench.session.solver.current.equilibrium
     commanded(session, home.motors)
     assert not measured_for(bench, home.motors)
-    np.testing.assert_array_equal(session.outgoing.repeated(bench.now), home.motors)
+    np.testing.assert_array_equal(session.outgoing.repeated(), home.motors)
     session.orders.follow(MotorGoal(session.robot, home.motors), bench.now)
     bench.tick()
     elsewhere = home.motors + [0.1, -0.4]
     assert not measured_for(bench, elsewhere, 0.3)  # they may still be moved
-    assert session.outgoing.repeated(bench.now) is None
+    assert session.outgoing.repeated() is None
     assert session.follower.goal is None
     assert "somebody else has moved the motors" in session.follower.dropped
     for ask in (
@@ -46,12 +46,12 @@ def test_motors_that_others_have_moved_are_not_sent_back(bench):
     assert bench.commands == []
     assert not measured_for(bench, elsewhere)
     assert bench.commands == []
-    held = session.outgoing.repeated(bench.now)
+    held = session.outgoing.repeated()
     assert held is None  # nobody asked them to hold against what held them off
     session.orders.follow(MotorGoal(session.robot, elsewhere + 0.01), bench.now)
     assert bench.tick().state == State.FOLLOWING
     assert np.abs(bench.commands[0] - elsewhere).max() <= PERIOD * (1.0 + 1e-5)
-    np.testing.assert_array_equal(session.outgoing.repeated(bench.now), bench.commands[0])
+    np.testing.assert_array_equal(session.outgoing.repeated(), bench.commands[0])
 
 
 def test_what_a_goal_was_told_of_motors_elsewhere_stays_known(bench):
@@ -125,10 +125,10 @@ def test_no_moved_tolerance_ends_it_and_sends_nothing_by_itself(moved):
     apply_live(session, replace(LIVE, moved_tolerance=0.0, max_lead=0.0), moved.now)
     assert not session.at_rest
     assert not halted(moved)
-    assert session.outgoing.repeated(moved.now) is None
+    assert session.outgoing.repeated() is None
     session.orders.follow(MotorGoal(session.robot, home.motors + 0.1), moved.now)
     moved.tick()
-    np.testing.assert_array_equal(session.outgoing.repeated(moved.now), moved.commands[-1])
+    np.testing.assert_array_equal(session.outgoing.repeated(), moved.commands[-1])
 
 
 def test_no_moved_tolerance_sets_off_no_commands_that_were_on_their_way(bench):
@@ -188,11 +188,11 @@ def test_one_wrong_measurement_ends_nothing_and_halts_nothing(bench):
     bench.now += 0.1
     assert not session.take_measured(home.motors + 3.0, bench.now)
     assert bench.tick().verdict.action == Action.NONE
-    assert session.outgoing.repeated(bench.now) is None  # it may be true
+    assert session.outgoing.repeated() is None  # it may be true
     with pytest.raises(RequestError, match="the next measurements tell whether somebody has moved"):
         session.orders.follow(MotorGoal(session.robot, home.motors), bench.now)
     measured_for(bench, home.motors)
-    assert (endings, session.outgoing.repeated(bench.now) is None) == ([], False)
+    assert (endings, session.outgoing.repeated() is None) == ([], False)
     while not endings:
         measured_for(bench, home.motors)
     assert [ending.val for ending in endings] == [ErrorCode.SUCCESS]
